@@ -1,0 +1,1 @@
+//! Command line: arguments, progress, printing, nothing else.

@@ -1,0 +1,1 @@
+//! The job file: raw serde structs, then validated types.

@@ -1,0 +1,1 @@
+//! CL files: the tool path as JSON text and back.

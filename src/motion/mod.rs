@@ -1,0 +1,8 @@
+//! Tool poses, ruled surfaces of the tool axis, passes, and CL files. Uses `diagnostic`, `geometry` and `tool`.
+
+pub mod cl;
+pub mod path;
+pub mod pose;
+
+pub use path::{FeedReference, Pass, PassKind, PassMotion, RuledMotion, ToolPath, ToolSummary};
+pub use pose::Pose;

@@ -1,0 +1,1 @@
+//! Sparse least squares, knowing nothing of tools. May use: diagnostic, geometry.

@@ -1,0 +1,1 @@
+//! The design surface and how to read it. May use: diagnostic, geometry.
