@@ -3,6 +3,10 @@
 //! Uses nothing of the crate. Inner modules may return their own error enums; whoever knows the file turns them into
 //! a [`Diagnostic`].
 
+mod toml_text;
+
+pub use toml_text::{TomlText, nearest};
+
 use std::fmt;
 
 /// How much a finding weighs.
