@@ -2,11 +2,19 @@
 //! nothing of the crate but `diagnostic`.
 
 pub mod angle;
+pub mod bvh;
 pub mod curve;
 pub mod knots;
+pub mod mesh;
+pub mod surface;
+pub mod surface_foot;
 
 pub use angle::{Degrees, Radians};
+pub use bvh::Aabb;
 pub use curve::SplineCurve;
+pub use mesh::TriangleMesh;
+pub use surface::{SplineSurface, SurfaceJet};
+pub use surface_foot::{Boundary, Edge, SurfaceFoot};
 
 /// A point, mm unless a function says otherwise.
 pub type Point = nalgebra::Point3<f64>;

@@ -1,0 +1,133 @@
+//! The oriented surface that is to be milled, spline or mesh, behind one set of questions.
+
+use crate::diagnostic::Result;
+use crate::geometry::{Aabb, Direction, Point, SplineSurface, TriangleMesh};
+use std::borrow::Cow;
+
+/// Unit normal out of the material, toward the tool.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OutwardNormal(pub Direction);
+
+/// A spline surface with its material side.
+#[derive(Clone, Debug)]
+pub struct OrientedSpline {
+    /// The surface.
+    pub surface: SplineSurface,
+    /// False: the outward normal is Su × Sv; true: the opposite.
+    pub flip: bool,
+}
+
+/// The design surface, part frame, mm.
+#[derive(Clone, Debug)]
+pub enum DesignSurface {
+    /// A B-spline surface.
+    Spline(OrientedSpline),
+    /// A triangle mesh; its corners turn anticlockwise seen from the tool's side.
+    Mesh(TriangleMesh),
+}
+
+/// Where on the design surface a point lies.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum SurfacePlace {
+    /// On a spline.
+    Parameters {
+        /// Parameter.
+        u: f64,
+        /// Parameter.
+        v: f64,
+    },
+    /// On a mesh.
+    Face {
+        /// Index of the triangle.
+        index: usize,
+        /// Weights of its three vertices; their sum is 1.
+        barycentric: [f64; 3],
+    },
+}
+
+/// A point of the design surface with its normal.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SurfaceSample {
+    /// The point, part frame, mm.
+    pub point: Point,
+    /// Normal out of the material.
+    pub normal: OutwardNormal,
+    /// Where it lies.
+    pub place: SurfacePlace,
+}
+
+/// Samples over the whole design surface, joined by triangles.
+#[derive(Clone, Debug)]
+pub struct SampleGrid {
+    /// The samples.
+    pub samples: Vec<SurfaceSample>,
+    /// Indices of three samples each, anticlockwise seen from the tool's side.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+/// The closest point of a design surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Foot {
+    /// The closest point, mm.
+    pub point: Point,
+    /// Normal out of the material there.
+    pub normal: OutwardNormal,
+    /// Distance, mm: positive on the tool's side, negative inside the material.
+    pub signed_distance: f64,
+    /// The point asked for lies beyond an edge of an open surface: the distance is not along a normal.
+    pub past_edge: bool,
+    /// Where the foot lies.
+    pub place: SurfacePlace,
+}
+
+/// The design surface as a spline, for planning.
+#[derive(Clone, Debug)]
+pub struct SplineForm<'a> {
+    /// The spline with its orientation.
+    pub spline: Cow<'a, OrientedSpline>,
+    /// Largest distance between the spline and the design surface, mm; 0 when they are the same.
+    pub fit_error: f64,
+}
+
+impl DesignSurface {
+    /// Samples of the whole surface, edges included, neighbours at most about `spacing` mm apart.
+    pub fn sample(&self, spacing: f64) -> SampleGrid {
+        let _ = spacing;
+        unimplemented!()
+    }
+
+    /// The exact surface point inside a triangle of a [`SampleGrid`] of this surface; `weights` sum to 1.
+    pub fn between(&self, corners: [&SurfaceSample; 3], weights: [f64; 3]) -> SurfaceSample {
+        let _ = (corners, weights);
+        unimplemented!()
+    }
+
+    /// The closest point and on which side of it `p` lies.
+    pub fn foot(&self, p: &Point) -> Foot {
+        let _ = p;
+        unimplemented!()
+    }
+
+    /// Distance, mm: positive on the tool's side, negative inside the material.
+    pub fn signed_distance(&self, p: &Point) -> f64 {
+        self.foot(p).signed_distance
+    }
+
+    /// A box that holds the surface.
+    pub fn bounds(&self) -> Aabb {
+        match self {
+            Self::Spline(spline) => spline.surface.bounds(),
+            Self::Mesh(mesh) => mesh.bounds(),
+        }
+    }
+
+    /// Area, mm².
+    pub fn area(&self) -> f64 {
+        unimplemented!()
+    }
+
+    /// The surface as a spline: itself, or a bicubic fitted to a mesh that is one disc.
+    pub fn spline(&self) -> Result<SplineForm<'_>> {
+        unimplemented!()
+    }
+}
