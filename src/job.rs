@@ -1,1 +1,246 @@
-//! The job file: raw serde structs, then validated types.
+//! The job file: what to mill, with which tool, how, on which machine. Raw keys are read by serde, then checked into a
+//! [`Job`] that cannot be wrong; every complaint names line, column and remedy. Uses `diagnostic`, `geometry`, `part`,
+//! `tool` and `motion`.
+
+mod limits;
+mod raw;
+mod tool;
+
+use crate::diagnostic::{Diagnostic, TomlText};
+use crate::geometry::{RigidMotion, Vector};
+use crate::motion::FeedReference;
+use crate::part::{ReadOptions, Units};
+use crate::tool::Tool;
+use limits::Checks;
+
+pub use raw::StrategyKind;
+
+/// A checked job.
+#[derive(Clone, Debug)]
+pub struct Job {
+    /// Name, for headers and reports.
+    pub name: String,
+    /// What to mill.
+    pub part: PartSpec,
+    /// The tool.
+    pub tool: Tool,
+    /// How to plan.
+    pub strategy: Strategy,
+    /// On which machine.
+    pub machine: MachineSpec,
+    /// How fast.
+    pub feed: Feed,
+    /// How to write.
+    pub output: Output,
+    text: TomlText,
+}
+
+/// The part's files and tolerance.
+#[derive(Clone, Debug)]
+pub struct PartSpec {
+    /// The design surface's file, relative to the job file's folder.
+    pub file: String,
+    /// Files of surfaces that the tool must stay clear of, relative to the job file's folder.
+    pub check: Vec<String>,
+    /// Material that may be missing below the design surface, mm.
+    pub overcut_tolerance: f64,
+    /// Material that may be left above the design surface, mm.
+    pub undercut_tolerance: f64,
+    /// How to read `file`.
+    pub reading: ReadOptions,
+}
+
+/// How to plan.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Strategy {
+    /// Which planner.
+    pub kind: StrategyKind,
+    /// Wanted cutting direction in the part frame; the planner finds the best when left out.
+    pub direction: Option<Vector>,
+    /// Number of strips; the planner finds it when left out.
+    pub strips: Option<usize>,
+    /// Weight of the deviation.
+    pub accuracy_weight: Option<f64>,
+    /// Weight of smooth joints between strips.
+    pub g1_weight: Option<f64>,
+    /// Weight of fair rails.
+    pub fairness_weight: Option<f64>,
+}
+
+/// The machine and how the part stands on it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MachineSpec {
+    /// Name of a machine that comes with the program, or path of a machine file relative to the job file's folder.
+    pub file: String,
+    /// Work offset that the program calls, such as `G54`.
+    pub work_offset: String,
+    /// Origin of the part frame in machine coordinates at rotary zero, mm; the machine file's own when left out.
+    pub offset: Option<[f64; 3]>,
+    /// Whether the control keeps the tip on its path (TCP); the machine file's own choice when left out.
+    pub tcp: Option<bool>,
+    /// Dialect to write; the machine file's own when left out.
+    pub dialect: Option<String>,
+}
+
+/// Speeds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Feed {
+    /// Speed of the reference point relative to the part, mm/min.
+    pub cut: f64,
+    /// Which point of the flank that is.
+    pub reference: FeedReference,
+    /// Spindle speed, 1/min.
+    pub spindle_rpm: f64,
+}
+
+/// How to write the program.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Output {
+    /// How far the flank may leave the tool path between blocks, rounding included, mm.
+    pub linearization: f64,
+}
+
+/// Share of the tighter tolerance that blocks may use up when the job does not say.
+const LINEARIZATION_SHARE: f64 = 0.1;
+
+impl Job {
+    /// Reads and checks a job file's text; all findings of one look at once.
+    pub fn read(text: &str, file: &str) -> Result<Self, Vec<Diagnostic>> {
+        let text = TomlText::new(file, text);
+        let raw: raw::Job = text.parse().map_err(|e| vec![*e])?;
+        let mut checks = Checks::new(&text);
+        checks.header(&raw.format, raw.version);
+        let name = checks.name("name", raw.name);
+        let part = part(&mut checks, raw.part);
+        let tool = tool::build(&mut checks, raw.tool);
+        let strategy = strategy(&mut checks, raw.strategy);
+        let machine = machine(&mut checks, raw.machine);
+        checks.within("feed.cut", raw.feed.cut, &limits::FEED);
+        checks.within("feed.spindle", raw.feed.spindle, &limits::SPINDLE);
+        let feed = Feed { cut: raw.feed.cut, reference: raw.feed.reference, spindle_rpm: raw.feed.spindle };
+        let output = output(&mut checks, &raw.output, &part);
+        match (checks.finish(), tool) {
+            (findings, Some(tool)) if findings.is_empty() => {
+                Ok(Self { name, part, tool, strategy, machine, feed, output, text })
+            }
+            (findings, _) => Err(findings),
+        }
+    }
+
+    /// The text it was read from.
+    pub fn text(&self) -> &str {
+        self.text.text()
+    }
+
+    /// The file's name as the user gave it.
+    pub fn file(&self) -> &str {
+        self.text.file()
+    }
+
+    /// A complaint about the value at a path of keys, such as `part.file`, with its line and column in the job file.
+    pub fn blame(&self, key: &str, message: impl Into<String>) -> Box<Diagnostic> {
+        self.text.blame(key, message)
+    }
+}
+
+fn part(checks: &mut Checks<'_>, raw: raw::Part) -> PartSpec {
+    let tolerance = raw.tolerance;
+    checks.within("part.tolerance.overcut", tolerance.overcut, &limits::TOLERANCE);
+    checks.within("part.tolerance.undercut", tolerance.undercut, &limits::TOLERANCE);
+    if raw.face.is_some() {
+        checks.refuse(
+            "part.face",
+            "a face is chosen among those of a CAD file; this kind of file holds one surface",
+            "leave `face` out",
+        );
+    }
+    if raw.sides.is_some() {
+        checks.refuse(
+            "part.sides",
+            "only strategies for cavities mill two sides, and none is available",
+            "give one surface as `file = \"…\"` and mill the sides by two jobs",
+        );
+    }
+    let file = match raw.file {
+        Some(file) => checks.path("part.file", file),
+        None if raw.sides.is_none() => {
+            checks.refuse("part", "key `file` is missing", "add `file = \"blade.json\"`");
+            String::new()
+        }
+        None => String::new(),
+    };
+    let check = raw.check.into_iter().enumerate().map(|(i, f)| checks.path(&format!("part.check[{i}]"), f)).collect();
+    let placement = raw.placement.unwrap_or_default();
+    checks.all_within("part.placement.origin", &placement.origin, &limits::COORDINATE);
+    checks.all_within("part.placement.rotate_deg", &placement.rotate_deg, &limits::ANGLE);
+    let [rx, ry, rz] = placement.rotate_deg.map(f64::to_radians);
+    let placement = RigidMotion::from_parts(
+        Vector::from(placement.origin).into(),
+        nalgebra::UnitQuaternion::from_euler_angles(rx, ry, rz),
+    );
+    let units = raw.units.map(|u| match u {
+        raw::Units::Mm => Units::Millimetres,
+        raw::Units::Inch => Units::Inches,
+    });
+    PartSpec {
+        file,
+        check,
+        overcut_tolerance: tolerance.overcut,
+        undercut_tolerance: tolerance.undercut,
+        reading: ReadOptions { units, flip: raw.flip, placement },
+    }
+}
+
+fn strategy(checks: &mut Checks<'_>, raw: raw::Strategy) -> Strategy {
+    let direction = raw.direction.map(Vector::from);
+    if let Some(direction) = direction.filter(|d| !(1e-6..=1e6).contains(&d.norm())) {
+        checks.refuse(
+            "strategy.direction",
+            format!("a vector of length {} gives no direction", direction.norm()),
+            "write a vector about as long as 1, such as [1.0, 0.0, 0.0], or leave it out",
+        );
+    }
+    let weights = raw.weights.unwrap_or_default();
+    let mut weight = |key: &str, value: Option<f64>| {
+        if let Some(value) = value {
+            checks.within(&format!("strategy.weights.{key}"), value, &limits::WEIGHT);
+        }
+        value
+    };
+    let accuracy_weight = weight("accuracy", weights.accuracy);
+    let g1_weight = weight("g1", weights.g1);
+    let fairness_weight = weight("fairness", weights.fairness);
+    if let Some(strips) = raw.strips {
+        checks.within("strategy.strips", f64::from(strips), &limits::STRIPS);
+    }
+    let strips = raw.strips.map(|n| n as usize);
+    Strategy { kind: raw.kind, direction, strips, accuracy_weight, g1_weight, fairness_weight }
+}
+
+fn machine(checks: &mut Checks<'_>, raw: raw::Machine) -> MachineSpec {
+    if let Some(offset) = &raw.offset {
+        checks.all_within("machine.offset", offset, &limits::COORDINATE);
+    }
+    checks.work_offset("machine.work_offset", &raw.work_offset);
+    MachineSpec {
+        file: checks.path("machine.file", raw.file),
+        work_offset: raw.work_offset,
+        offset: raw.offset,
+        tcp: raw.tcp,
+        dialect: raw.dialect,
+    }
+}
+
+fn output(checks: &mut Checks<'_>, raw: &raw::Output, part: &PartSpec) -> Output {
+    let tolerance = part.overcut_tolerance.min(part.undercut_tolerance);
+    match raw.linearization {
+        Some(linearization) => {
+            checks.within("output.linearization", linearization, &limits::LINEARIZATION);
+            Output { linearization }
+        }
+        None => Output { linearization: limits::LINEARIZATION.clamp(tolerance * LINEARIZATION_SHARE) },
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,151 @@
+//! The sizes that a job may ask for, all in one place, and the checks against them.
+
+use crate::diagnostic::{Diagnostic, TomlText};
+
+/// A closed or half-open interval of sensible values.
+pub(super) struct Limit {
+    low: f64,
+    high: f64,
+    /// Whether `low` itself is allowed.
+    low_allowed: bool,
+    unit: &'static str,
+}
+
+/// Any length of a tool, mm.
+pub(super) const LENGTH: Limit = Limit { low: 0.0, high: 10_000.0, low_allowed: true, unit: "mm" };
+/// A coordinate of a placement or offset, mm.
+pub(super) const COORDINATE: Limit = Limit { low: -100_000.0, high: 100_000.0, low_allowed: true, unit: "mm" };
+/// A rotation of the part, degrees.
+pub(super) const ANGLE: Limit = Limit { low: -360.0, high: 360.0, low_allowed: true, unit: "degrees" };
+/// The part's tolerance, mm. Zero is allowed: then any overcut at all fails.
+pub(super) const TOLERANCE: Limit = Limit { low: 0.0, high: 10.0, low_allowed: true, unit: "mm" };
+/// Deviation between blocks, mm; below it a control's own resolution decides.
+pub(super) const LINEARIZATION: Limit = Limit { low: 1e-5, high: 1.0, low_allowed: true, unit: "mm" };
+/// Cutting feed, mm/min.
+pub(super) const FEED: Limit = Limit { low: 0.0, high: 200_000.0, low_allowed: false, unit: "mm/min" };
+/// Spindle speed, 1/min. Zero is a spindle that stands, for a dry run.
+pub(super) const SPINDLE: Limit = Limit { low: 0.0, high: 500_000.0, low_allowed: true, unit: "1/min" };
+/// Weight of a term of the planner's objective.
+pub(super) const WEIGHT: Limit = Limit { low: 0.0, high: 1e12, low_allowed: true, unit: "" };
+/// Number of strips.
+pub(super) const STRIPS: Limit = Limit { low: 1.0, high: 1000.0, low_allowed: true, unit: "strips" };
+/// Tool number of a control's table.
+pub(super) const TOOL_NUMBER: Limit = Limit { low: 1.0, high: 99_999_999.0, low_allowed: true, unit: "" };
+
+/// Characters that a name may have at most: the shortest comment line of the controls at hand.
+const NAME_LENGTH: usize = 60;
+
+impl Limit {
+    fn holds(&self, value: f64) -> bool {
+        (value > self.low || (self.low_allowed && value == self.low)) && value <= self.high
+    }
+
+    /// The nearest allowed value.
+    pub(super) fn clamp(&self, value: f64) -> f64 {
+        value.clamp(self.low, self.high)
+    }
+
+    fn describe(&self) -> String {
+        let bound = if self.low_allowed { "from" } else { "above" };
+        format!("{bound} {} up to {} {}", self.low, self.high, self.unit).trim_end().to_owned()
+    }
+}
+
+/// Collects findings, so that one run names all wrong values.
+pub(super) struct Checks<'a> {
+    text: &'a TomlText,
+    findings: Vec<Diagnostic>,
+    keys: Vec<String>,
+}
+
+impl<'a> Checks<'a> {
+    pub(super) fn new(text: &'a TomlText) -> Self {
+        Self { text, findings: Vec::new(), keys: Vec::new() }
+    }
+
+    /// Everything found, in order of place.
+    pub(super) fn finish(mut self) -> Vec<Diagnostic> {
+        self.findings.sort_by_key(|d| d.place.as_ref().map(|p| (p.line, p.column)));
+        self.findings
+    }
+
+    /// The keys of a table.
+    pub(super) fn keys(&self, table: &str) -> Vec<String> {
+        self.text.keys(table)
+    }
+
+    /// Notes a finding about the value at `key`, with its remedy.
+    pub(super) fn refuse(&mut self, key: &str, message: impl Into<String>, help: impl Into<String>) {
+        self.findings.push(*self.text.blame(key, message).help(help));
+        self.keys.push(key.to_owned());
+    }
+
+    /// Whether something was found in a table.
+    pub(super) fn found_under(&self, table: &str) -> bool {
+        self.keys.iter().any(|key| key.split('.').next() == Some(table))
+    }
+
+    pub(super) fn within(&mut self, key: &str, value: f64, limit: &Limit) {
+        if !limit.holds(value) {
+            self.refuse(
+                key,
+                format!("{key} = {value} is out of range"),
+                format!("write a number {}", limit.describe()),
+            );
+        }
+    }
+
+    pub(super) fn all_within(&mut self, key: &str, values: &[f64], limit: &Limit) {
+        for (i, value) in values.iter().enumerate() {
+            self.within(&format!("{key}[{i}]"), *value, limit);
+        }
+    }
+
+    /// Format and version of the file.
+    pub(super) fn header(&mut self, format: &str, version: u32) {
+        if format != "regulus-job" {
+            self.refuse(
+                "format",
+                format!("format \"{format}\" is not that of a job file"),
+                "write format = \"regulus-job\"",
+            );
+        }
+        if version != 1 {
+            self.refuse("version", format!("version {version} of the job format is not known"), "write version = 1");
+        }
+    }
+
+    /// A name that fits a comment line of a program.
+    pub(super) fn name(&mut self, key: &str, name: String) -> String {
+        let length = name.chars().count();
+        if name.trim().is_empty() || length > NAME_LENGTH || name.chars().any(char::is_control) {
+            self.refuse(
+                key,
+                "the name must be one line with a visible character",
+                format!("write 1 to {NAME_LENGTH} characters; these are {length}"),
+            );
+        }
+        name
+    }
+
+    /// A file's name.
+    pub(super) fn path(&mut self, key: &str, path: String) -> String {
+        if path.trim().is_empty() || path.chars().any(char::is_control) {
+            self.refuse(key, "this names no file", "write a path relative to the folder of the job file");
+        }
+        path
+    }
+
+    /// A work offset word: G54 to G59, G59.1 to G59.3, or G54.1 P1 to P300.
+    pub(super) fn work_offset(&mut self, key: &str, word: &str) {
+        let plain = ["G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3"].contains(&word);
+        let further = word.strip_prefix("G54.1 P").and_then(|n| n.parse::<u32>().ok());
+        if !plain && !further.is_some_and(|n| (1..=300).contains(&n)) {
+            self.refuse(
+                key,
+                format!("\"{word}\" is not a work offset"),
+                "write G54 to G59, G59.1 to G59.3, or G54.1 P1 to G54.1 P300",
+            );
+        }
+    }
+}

@@ -1,0 +1,153 @@
+//! The keys of a job file as they are written, before any check of their values.
+
+use crate::motion::FeedReference;
+use serde::Deserialize;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Job {
+    pub(super) format: String,
+    pub(super) version: u32,
+    pub(super) name: String,
+    pub(super) part: Part,
+    pub(super) tool: Tool,
+    pub(super) strategy: Strategy,
+    pub(super) machine: Machine,
+    pub(super) feed: Feed,
+    #[serde(default)]
+    pub(super) output: Output,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Part {
+    pub(super) file: Option<String>,
+    pub(super) sides: Option<Vec<String>>,
+    pub(super) face: Option<String>,
+    pub(super) units: Option<Units>,
+    #[serde(default)]
+    pub(super) flip: bool,
+    #[serde(default)]
+    pub(super) check: Vec<String>,
+    pub(super) tolerance: Tolerance,
+    pub(super) placement: Option<Placement>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum Units {
+    Mm,
+    Inch,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Tolerance {
+    pub(super) overcut: f64,
+    pub(super) undercut: f64,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub(super) struct Placement {
+    pub(super) origin: [f64; 3],
+    pub(super) rotate_deg: [f64; 3],
+}
+
+/// All keys of all kinds; which belong to the kind is checked afterwards.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Tool {
+    pub(super) number: u32,
+    pub(super) kind: ToolKind,
+    pub(super) tip_diameter: Option<f64>,
+    pub(super) half_angle_deg: Option<f64>,
+    pub(super) corner_radius: Option<f64>,
+    pub(super) flute_length: Option<f64>,
+    pub(super) spheres: Option<Spheres>,
+    pub(super) diameter: Option<f64>,
+    pub(super) ball_diameter: Option<f64>,
+    pub(super) barrel_radius: Option<f64>,
+    pub(super) points: Option<Vec<[f64; 2]>>,
+    pub(super) shank_diameter: Option<f64>,
+    pub(super) gauge_length: f64,
+    #[serde(default)]
+    pub(super) holder: Vec<[f64; 2]>,
+}
+
+#[derive(Clone, Copy, Deserialize, PartialEq)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum ToolKind {
+    Cylinder,
+    Ball,
+    Bull,
+    Cone,
+    TaperedBall,
+    Barrel,
+    Meridian,
+}
+
+#[derive(Clone, Copy, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Spheres {
+    pub(super) r1: f64,
+    pub(super) r2: f64,
+    pub(super) length: f64,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Strategy {
+    pub(super) kind: StrategyKind,
+    pub(super) direction: Option<[f64; 3]>,
+    pub(super) weights: Option<Weights>,
+    pub(super) strips: Option<u32>,
+}
+
+/// Which planner.
+#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "kebab-case")]
+pub enum StrategyKind {
+    /// One sweep over the whole part.
+    SingleSweep,
+    /// Neighbouring strips that cover the part.
+    MultiStrip,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Weights {
+    pub(super) accuracy: Option<f64>,
+    pub(super) g1: Option<f64>,
+    pub(super) fairness: Option<f64>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Machine {
+    pub(super) file: String,
+    #[serde(default = "first_work_offset")]
+    pub(super) work_offset: String,
+    pub(super) offset: Option<[f64; 3]>,
+    pub(super) tcp: Option<bool>,
+    pub(super) dialect: Option<String>,
+}
+
+fn first_work_offset() -> String {
+    "G54".to_owned()
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Feed {
+    pub(super) cut: f64,
+    #[serde(default)]
+    pub(super) reference: FeedReference,
+    pub(super) spindle: f64,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Output {
+    pub(super) linearization: Option<f64>,
+}

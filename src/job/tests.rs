@@ -1,0 +1,184 @@
+use super::*;
+use crate::geometry::Point;
+
+const GOOD: &str = r#"format = "regulus-job"
+version = 1
+name = "blade"
+
+[part]
+file = "blade.json"
+tolerance = { overcut = 0.005, undercut = 0.020 }
+
+[tool]
+number = 1
+kind = "cone"
+tip_diameter = 6.0
+half_angle_deg = 4.0
+flute_length = 40.0
+shank_diameter = 12.0
+gauge_length = 120.0
+holder = [[45.0, 12.0], [60.0, 25.0]]
+
+[strategy]
+kind = "multi-strip"
+direction = [1.0, 0.0, 0.0]
+weights = { accuracy = 1.0, g1 = 0.001, fairness = 1e-6 }
+
+[machine]
+file = "xyzac-trt"
+work_offset = "G54"
+
+[feed]
+cut = 600.0
+reference = "mid"
+spindle = 8000
+"#;
+
+fn complaints(text: &str) -> String {
+    let findings = Job::read(text, "job.toml").expect_err("must be refused");
+    findings.iter().map(|f| format!("{f}\n")).collect()
+}
+
+/// The complaints after one replacement in the good job.
+fn after(from: &str, to: &str) -> String {
+    assert!(GOOD.contains(from), "{from} is not in the job");
+    complaints(&GOOD.replacen(from, to, 1))
+}
+
+/// The good job with another `[tool]` table.
+fn with_tool(keys: &str) -> String {
+    let (head, rest) = GOOD.split_once("[tool]").unwrap();
+    let (_, tail) = rest.split_once("[strategy]").unwrap();
+    format!("{head}[tool]\nnumber = 7\ngauge_length = 120.0\n{keys}\n[strategy]{tail}")
+}
+
+#[test]
+fn good_job_is_read() {
+    let job = Job::read(GOOD, "job.toml").unwrap();
+    assert_eq!(job.name, "blade");
+    assert_eq!(job.part.file, "blade.json");
+    assert_eq!((job.part.overcut_tolerance, job.part.undercut_tolerance), (0.005, 0.020));
+    assert_eq!(job.tool.flute_length(), 40.0);
+    assert_eq!(job.strategy.kind, StrategyKind::MultiStrip);
+    assert_eq!(job.strategy.fairness_weight, Some(1e-6));
+    assert_eq!(job.machine.work_offset, "G54");
+    assert_eq!(job.feed, Feed { cut: 600.0, reference: FeedReference::Mid, spindle_rpm: 8000.0 });
+    assert_eq!(job.output.linearization, 0.005 * LINEARIZATION_SHARE);
+}
+
+#[test]
+fn placement_turns_about_x_then_y_then_z_and_then_shifts() {
+    let text = GOOD.replacen(
+        "[part]\n",
+        "[part]\nplacement = { origin = [1, 2, 3], rotate_deg = [90, 0, 90] }\nflip = true\nunits = \"inch\"\n",
+        1,
+    );
+    let job = Job::read(&text, "job.toml").unwrap();
+    let moved = job.part.reading.placement * Point::new(0.0, 1.0, 0.0);
+    // About x by 90: (0, 0, 1); about z it stays.
+    assert!((moved - Point::new(1.0, 2.0, 4.0)).norm() < 1e-12, "{moved}");
+    assert!(job.part.reading.flip);
+    assert_eq!(job.part.reading.units, Some(Units::Inches));
+}
+
+#[test]
+fn every_kind_of_tool_can_be_asked_for() {
+    for (keys, kind) in [
+        ("kind = \"cylinder\"\ndiameter = 10\nflute_length = 30", "cylinder"),
+        ("kind = \"cylinder\"\ndiameter = 10\ncorner_radius = 1\nflute_length = 30", "bull"),
+        ("kind = \"ball\"\ndiameter = 10\nflute_length = 30", "ball"),
+        ("kind = \"bull\"\ndiameter = 10\ncorner_radius = 2\nflute_length = 30", "bull"),
+        ("kind = \"cone\"\ntip_diameter = 5\nhalf_angle_deg = 3\nflute_length = 30", "cone"),
+        ("kind = \"cone\"\nspheres = { r1 = 0.3, r2 = 1.0, length = 1.717 }", "cone"),
+        ("kind = \"tapered-ball\"\nball_diameter = 4\nhalf_angle_deg = 3\nflute_length = 30", "tapered-ball"),
+        ("kind = \"barrel\"\ndiameter = 10\nbarrel_radius = 85\nflute_length = 20", "barrel"),
+        ("kind = \"meridian\"\npoints = [[0, 1], [10, 2], [30, 2.5]]", "meridian"),
+    ] {
+        let job = Job::read(&with_tool(keys), "job.toml").unwrap_or_else(|e| panic!("{keys}: {e:?}"));
+        assert_eq!((job.tool.kind.as_str(), job.tool.number), (kind, 7), "{keys}");
+    }
+}
+
+#[test]
+fn keys_of_another_kind_of_tool_are_refused_by_name() {
+    let said = complaints(&with_tool("kind = \"ball\"\ndiameter = 10\nflute_length = 30\ntip_diameter = 2"));
+    assert!(said.contains("a tool of kind \"ball\" has no `tip_diameter`\n  --> job.toml:15:16"), "{said}");
+    assert!(said.contains("the sizes of this kind are: diameter, flute_length"), "{said}");
+    let said =
+        complaints(&with_tool("kind = \"cone\"\nspheres = { r1 = 0.3, r2 = 1.0, length = 1.717 }\ntip_diameter = 2"));
+    assert!(said.contains("`tip_diameter` contradicts it"), "{said}");
+}
+
+#[test]
+fn missing_sizes_of_a_kind_are_all_named_at_once() {
+    let said = complaints(&with_tool("kind = \"barrel\""));
+    for key in ["diameter", "barrel_radius", "flute_length"] {
+        assert!(said.contains(&format!("needs `{key}`\n  --> job.toml:9:1")), "{key}: {said}");
+    }
+    assert!(complaints(&with_tool("kind = \"meridian\"")).contains("needs `points`"));
+}
+
+#[test]
+fn impossible_tools_point_to_the_size_to_blame() {
+    let said = after("half_angle_deg = 4.0", "half_angle_deg = 4.0\ncorner_radius = 30.0");
+    assert!(said.contains("does not fit; this tip takes at most") && said.contains("job.toml:14:17"), "{said}");
+    let said = after("gauge_length = 120.0", "gauge_length = 12.0");
+    assert!(said.contains("gauge_length: 12 mm is shorter than the flutes") && said.contains(":16:16"), "{said}");
+    let said = after("[[45.0, 12.0]", "[[35.0, 12.0]");
+    assert!(said.contains("inside the flutes") && said.contains("job.toml:17:10"), "{said}");
+}
+
+#[test]
+fn negative_and_absurd_sizes_name_the_limits() {
+    for (from, to, key) in [
+        ("tip_diameter = 6.0", "tip_diameter = -6.0", "tool.tip_diameter = -6"),
+        ("flute_length = 40.0", "flute_length = 4e7", "tool.flute_length = 40000000"),
+        ("number = 1", "number = 0", "tool.number = 0"),
+        ("overcut = 0.005", "overcut = -0.005", "part.tolerance.overcut = -0.005"),
+        ("undercut = 0.020", "undercut = 200", "part.tolerance.undercut = 200"),
+        ("cut = 600.0", "cut = 0", "feed.cut = 0"),
+        ("spindle = 8000", "spindle = -1", "feed.spindle = -1"),
+        ("g1 = 0.001", "g1 = -1", "strategy.weights.g1 = -1"),
+        ("kind = \"multi-strip\"", "kind = \"multi-strip\"\nstrips = 0", "strategy.strips = 0"),
+        ("work_offset = \"G54\"", "offset = [0, 0, 1e9]", "machine.offset[2] = 1000000000"),
+    ] {
+        let said = after(from, to);
+        assert!(said.contains(&format!("{key} is out of range")), "{to}: {said}");
+        assert!(said.contains("help: write a number"), "{to}: {said}");
+    }
+}
+
+#[test]
+fn several_findings_come_together_in_order_of_place() {
+    let text = GOOD.replacen("overcut = 0.005", "overcut = -1", 1).replacen("cut = 600.0", "cut = -5", 1);
+    let findings = Job::read(&text, "job.toml").unwrap_err();
+    let lines: Vec<_> = findings.iter().map(|f| f.place.as_ref().unwrap().line.unwrap()).collect();
+    assert_eq!(lines, [7, 29]);
+}
+
+#[test]
+fn keys_and_kinds_that_do_not_exist_are_refused() {
+    assert!(after("flute_length", "flut_length").contains("did you mean `flute_length`?"));
+    assert!(after("kind = \"cone\"", "kind = \"cube\"").contains("the values known here: cylinder, ball, bull"));
+    assert!(after("kind = \"multi-strip\"", "kind = \"multistrip\"").contains("did you mean `multi-strip`?"));
+    assert!(after("name = \"blade\"", "").contains("key `name` is missing"));
+    assert!(after("file = \"blade.json\"", "").contains("key `file` is missing"));
+    assert!(after("format = \"regulus-job\"", "format = \"job\"").contains("write format = \"regulus-job\""));
+    assert!(after("version = 1", "version = 2").contains("write version = 1"));
+    assert!(after("version = 1", "version = -1").contains("job.toml:2:11"));
+    assert!(after("\"G54\"", "\"G60\"").contains("\"G60\" is not a work offset"));
+    assert!(after("direction = [1.0, 0.0, 0.0]", "direction = [0, 0, 0]").contains("gives no direction"));
+    assert!(after("file = \"blade.json\"", "sides = [\"a\", \"b\"]").contains("job.toml:6:9"));
+    assert!(after("file = \"blade.json\"", "file = \"blade.json\"\nface = \"#12\"").contains("leave `face` out"));
+    assert!(after("name = \"blade\"", "name = \"\"").contains("write 1 to 60 characters"));
+    assert!(after("cut = 600.0", "cut = nan").contains("nan is not a finite number"));
+}
+
+#[test]
+fn work_offsets_beyond_the_first_six_are_known() {
+    for word in ["G55", "G59.3", "G54.1 P48"] {
+        let job = Job::read(&GOOD.replacen("G54", word, 1), "job.toml").unwrap();
+        assert_eq!(job.machine.work_offset, word);
+    }
+    assert!(after("G54", "G54.1 P0").contains("is not a work offset"));
+}
