@@ -2,5 +2,19 @@
 //! Uses `diagnostic`, `geometry` and `motion`.
 
 pub mod axes;
+mod builtin;
+pub mod control;
+mod file;
+pub mod model;
+pub mod rotaries;
+pub mod setup;
+#[cfg(test)]
+mod tests;
+mod words;
 
-pub use axes::{AxisMove, AxisPosition};
+pub use axes::{AxisMove, AxisPosition, ProgramWords, round_to};
+pub use builtin::{BUILTIN, builtin};
+pub use control::{Control, Dialect, DialectOptions, FeedMode, TcpInterpolation, WorkOffset};
+pub use model::{AxisZero, Carrier, LinearAxis, Machine, RotaryAxis, Sense, Spindle, Travel};
+pub use rotaries::Unreachable;
+pub use setup::{Interpolation, InverseSolutions, Segment, Setup};

@@ -1,0 +1,390 @@
+//! The machine file: raw tables as written, then checked values. Uses `diagnostic` and `geometry`.
+
+use super::control::{Control, Dialect, DialectOptions, FeedMode, TcpInterpolation, WorkOffset};
+use super::model::{AxisZero, Carrier, LinearAxis, Machine, RotaryAxis, Sense, Spindle, Travel};
+use super::rotaries::Rotaries;
+use crate::diagnostic::{Result, TomlText};
+use crate::geometry::{Direction, Point, Vector};
+use serde::Deserialize;
+use std::collections::BTreeMap;
+
+/// Longest travel or pivot distance that is taken seriously, mm.
+const LONGEST: f64 = 1e5;
+/// Widest rotary limit that is taken seriously, degrees.
+const WIDEST: f64 = 1e6;
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawMachine {
+    format: String,
+    version: u32,
+    name: String,
+    description: String,
+    source: String,
+    #[serde(default)]
+    spindle: RawSpindle,
+    linear: RawLinearAxes,
+    rotary: Vec<RawRotary>,
+    control: RawControl,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+struct RawSpindle {
+    axis: Option<[f64; 3]>,
+    gauge_point: [f64; 3],
+    axis_zero: AxisZero,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawLinearAxes {
+    #[serde(rename = "X")]
+    x: RawLinear,
+    #[serde(rename = "Y")]
+    y: RawLinear,
+    #[serde(rename = "Z")]
+    z: RawLinear,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawLinear {
+    limits: [f64; 2],
+    speed: f64,
+    acceleration: f64,
+    direction: Option<[f64; 3]>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawRotary {
+    letter: String,
+    on: Carrier,
+    carried_by: Option<String>,
+    direction: [f64; 3],
+    pivot: [f64; 3],
+    #[serde(default)]
+    sense: Sense,
+    limits: RawTravel,
+    speed: f64,
+    acceleration: f64,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(untagged, expecting = "two numbers in square brackets, degrees, or \"unlimited\" or \"wrapped\"")]
+enum RawTravel {
+    Limits([f64; 2]),
+    Endless(Endless),
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum Endless {
+    Unlimited,
+    Wrapped,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawControl {
+    dialect: Dialect,
+    #[serde(default = "yes")]
+    tcp: bool,
+    work_offsets: BTreeMap<String, [f64; 3]>,
+    #[serde(default)]
+    options: RawOptions,
+}
+
+fn yes() -> bool {
+    true
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+struct RawOptions {
+    linear_digits: Option<u8>,
+    rotary_digits: Option<u8>,
+    feed_digits: Option<u8>,
+    feed_mode: Option<FeedMode>,
+    max_feed: Option<f64>,
+    inverse_time_range: Option<[f64; 2]>,
+    max_block_length: Option<usize>,
+    tcp_on: Option<String>,
+    tcp_off: Option<String>,
+    tcp_at_start: Option<bool>,
+    tcp_interpolation: Option<TcpInterpolation>,
+    length_offset_without_tcp: Option<bool>,
+    start_lines: Option<Vec<String>>,
+    retract_lines: Option<Vec<String>>,
+    end_lines: Option<Vec<String>>,
+}
+
+impl Machine {
+    /// Reads a machine file. `file` is its name for messages. Everything wrong is located by line and column.
+    pub fn read(file: &str, text: &str) -> Result<Self> {
+        let text = TomlText::new(file, text);
+        Reader { text: &text }.machine(&text.parse()?)
+    }
+}
+
+/// Turns raw tables into checked values, blaming by path.
+struct Reader<'a> {
+    text: &'a TomlText,
+}
+
+impl Reader<'_> {
+    fn bad<T>(&self, path: &str, message: impl Into<String>, help: impl Into<String>) -> Result<T> {
+        Err(self.text.blame(path, message).help(help))
+    }
+
+    fn machine(&self, raw: &RawMachine) -> Result<Machine> {
+        if raw.format != "regulus-machine" {
+            let message = format!("format \"{}\" is not a machine file", raw.format);
+            return self.bad("format", message, "write format = \"regulus-machine\"");
+        }
+        if raw.version != 1 {
+            return self.bad("version", format!("version {} is not known", raw.version), "write version = 1");
+        }
+        if raw.name.trim().is_empty() {
+            return self.bad("name", "the machine has no name", "write the name that job files call it by");
+        }
+        let linear = [
+            self.linear('X', &raw.linear.x, Vector::x())?,
+            self.linear('Y', &raw.linear.y, Vector::y())?,
+            self.linear('Z', &raw.linear.z, Vector::z())?,
+        ];
+        let [x, y, z] = linear.each_ref().map(|axis| axis.direction.into_inner());
+        if x.dot(&y.cross(&z)).abs() < 0.1 {
+            return self.bad(
+                "linear",
+                "the directions of X, Y and Z lie nearly in one plane",
+                "give each its own direction in space, at least a few degrees out of the plane of the others",
+            );
+        }
+        let [first, second] = raw.rotary.as_slice() else {
+            let message = format!("{} rotary axes; there must be two", raw.rotary.len());
+            return self.bad("rotary", message, "write two tables [[rotary]]");
+        };
+        let rotary = [self.rotary(0, first)?, self.rotary(1, second)?];
+        if rotary[0].letter == rotary[1].letter {
+            let message = format!("axis {} is named twice", rotary[0].letter);
+            return self.bad("rotary[1].letter", message, "give the second rotary axis its own letter, A, B or C");
+        }
+        let chain = self.chain([first, second], &rotary)?;
+        let spindle = Spindle {
+            axis: self.direction("spindle.axis", raw.spindle.axis.unwrap_or([0.0, 0.0, 1.0]))?,
+            gauge_point: self.point("spindle.gauge_point", raw.spindle.gauge_point)?,
+            axis_zero: raw.spindle.axis_zero,
+        };
+        if let Err(reason) = Rotaries::new(rotary[chain[0]].direction, rotary[chain[1]].direction, spindle.axis) {
+            return self.bad(
+                &format!("rotary[{}].direction", chain[1]),
+                reason,
+                "check the directions of both rotary axes and of the spindle; the tool must tilt in two ways",
+            );
+        }
+        Ok(Machine {
+            name: raw.name.clone(),
+            description: raw.description.clone(),
+            source: raw.source.clone(),
+            linear,
+            rotary,
+            chain,
+            spindle,
+            control: self.control(&raw.control)?,
+        })
+    }
+
+    fn linear(&self, letter: char, raw: &RawLinear, default: Vector) -> Result<LinearAxis> {
+        let path = format!("linear.{letter}");
+        let [min, max] = self.limits(&path, raw.limits, LONGEST, "mm")?;
+        Ok(LinearAxis {
+            letter,
+            direction: match raw.direction {
+                Some(direction) => self.direction(&format!("{path}.direction"), direction)?,
+                None => Direction::new_unchecked(default),
+            },
+            min,
+            max,
+            speed: self.positive(&format!("{path}.speed"), raw.speed, "mm/min")? / 60.0,
+            acceleration: self.positive(&format!("{path}.acceleration"), raw.acceleration, "mm/s^2")?,
+        })
+    }
+
+    fn rotary(&self, index: usize, raw: &RawRotary) -> Result<RotaryAxis> {
+        let path = format!("rotary[{index}]");
+        let letter = match raw.letter.as_str() {
+            "A" => 'A',
+            "B" => 'B',
+            "C" => 'C',
+            other => {
+                let message = format!("\"{other}\" is not the letter of a rotary axis");
+                return self.bad(&format!("{path}.letter"), message, "write \"A\", \"B\" or \"C\"");
+            }
+        };
+        let travel = match &raw.limits {
+            RawTravel::Limits(limits) => {
+                let [min, max] = self.limits(&path, *limits, WIDEST, "degrees")?;
+                Travel::Limited { min: min.to_radians(), max: max.to_radians() }
+            }
+            RawTravel::Endless(Endless::Unlimited) => Travel::Unlimited,
+            RawTravel::Endless(Endless::Wrapped) => Travel::Wrapped,
+        };
+        Ok(RotaryAxis {
+            letter,
+            on: raw.on,
+            direction: self.direction(&format!("{path}.direction"), raw.direction)?,
+            pivot: self.point(&format!("{path}.pivot"), raw.pivot)?,
+            sense: raw.sense,
+            travel,
+            speed: self.positive(&format!("{path}.speed"), raw.speed, "degrees/min")?.to_radians() / 60.0,
+            acceleration: self.positive(&format!("{path}.acceleration"), raw.acceleration, "degrees/s^2")?.to_radians(),
+        })
+    }
+
+    /// Order of the rotary axes from the part to the tool.
+    fn chain(&self, raw: [&RawRotary; 2], rotary: &[RotaryAxis; 2]) -> Result<[usize; 2]> {
+        for (index, axis) in raw.iter().enumerate() {
+            let Some(carrier) = &axis.carried_by else { continue };
+            let path = format!("rotary[{index}].carried_by");
+            let other = &rotary[1 - index];
+            if *carrier != other.letter.to_string() {
+                let message =
+                    format!("axis {} is carried by \"{carrier}\", which is not the other rotary axis", axis.letter);
+                return self.bad(&path, message, format!("write \"{}\", or leave the key out", other.letter));
+            }
+            if other.on != axis.on {
+                let message = format!("axis {} and axis {carrier} are not on the same side", axis.letter);
+                return self.bad(&path, message, "leave carried_by out when one axis turns the table and one the head");
+            }
+        }
+        let carried = raw.map(|axis| axis.carried_by.is_some());
+        match (rotary[0].on, rotary[1].on, carried) {
+            (Carrier::Table, Carrier::Head, _) => Ok([0, 1]),
+            (Carrier::Head, Carrier::Table, _) => Ok([1, 0]),
+            (Carrier::Table, Carrier::Table, [true, false]) | (Carrier::Head, Carrier::Head, [false, true]) => {
+                Ok([0, 1])
+            }
+            (Carrier::Table, Carrier::Table, [false, true]) | (Carrier::Head, Carrier::Head, [true, false]) => {
+                Ok([1, 0])
+            }
+            (_, _, [true, true]) => self.bad(
+                "rotary[1].carried_by",
+                "the two rotary axes carry each other",
+                "keep carried_by only on the axis that sits on the other one",
+            ),
+            (_, _, [false, false]) => self.bad(
+                "rotary[1]",
+                "both rotary axes are on the same side, and neither says that the other carries it",
+                format!("write carried_by = \"{}\" on the axis that sits on axis {0}", rotary[0].letter),
+            ),
+        }
+    }
+
+    fn control(&self, raw: &RawControl) -> Result<Control> {
+        if raw.work_offsets.is_empty() {
+            return self.bad(
+                "control.work_offsets",
+                "the control has no work offset",
+                "write G54 = [0, 0, 0] with the part's zero in the machine frame, mm",
+            );
+        }
+        let mut work_offsets = Vec::with_capacity(raw.work_offsets.len());
+        for (name, linear) in &raw.work_offsets {
+            self.point(&format!("control.work_offsets.{name}"), *linear)?;
+            work_offsets.push(WorkOffset { name: name.clone(), linear: *linear });
+        }
+        Ok(Control {
+            dialect: raw.dialect,
+            tcp: raw.tcp,
+            options: self.options(raw.dialect, &raw.options)?,
+            work_offsets,
+        })
+    }
+
+    fn options(&self, dialect: Dialect, raw: &RawOptions) -> Result<DialectOptions> {
+        let default = DialectOptions::of(dialect);
+        let path = |key: &str| format!("control.options.{key}");
+        let digits = |key: &str, given: Option<u8>, default: u8| match given {
+            Some(digits) if digits > 9 => {
+                self.bad(&path(key), format!("{digits} decimals are too many"), "write a number from 0 to 9")
+            }
+            given => Ok(given.unwrap_or(default)),
+        };
+        // An empty code says that the control has none.
+        let code = |given: &Option<String>, default: Option<String>| match given.as_deref().map(str::trim) {
+            None => default,
+            Some("") => None,
+            Some(code) => Some(code.to_owned()),
+        };
+        let inverse_time_range = raw.inverse_time_range.unwrap_or(default.inverse_time_range);
+        if !(inverse_time_range[0] > 0.0 && inverse_time_range[0] < inverse_time_range[1]) {
+            let message = format!("inverse-time range {inverse_time_range:?} is not an increasing pair above zero");
+            return self.bad(&path("inverse_time_range"), message, "write [smallest F, largest F] in 1/min");
+        }
+        let max_block_length = raw.max_block_length.unwrap_or(default.max_block_length);
+        if max_block_length < 60 {
+            let message = format!("a block of {max_block_length} characters holds no five-axis move");
+            return self.bad(&path("max_block_length"), message, "write 60 or more");
+        }
+        Ok(DialectOptions {
+            linear_digits: digits("linear_digits", raw.linear_digits, default.linear_digits)?,
+            rotary_digits: digits("rotary_digits", raw.rotary_digits, default.rotary_digits)?,
+            feed_digits: digits("feed_digits", raw.feed_digits, default.feed_digits)?,
+            feed_mode: raw.feed_mode.unwrap_or(default.feed_mode),
+            max_feed: self.positive(&path("max_feed"), raw.max_feed.unwrap_or(default.max_feed), "mm/min")?,
+            inverse_time_range,
+            max_block_length,
+            tcp_on: code(&raw.tcp_on, default.tcp_on),
+            tcp_off: code(&raw.tcp_off, default.tcp_off),
+            tcp_at_start: raw.tcp_at_start.unwrap_or(default.tcp_at_start),
+            tcp_interpolation: raw.tcp_interpolation.unwrap_or(default.tcp_interpolation),
+            length_offset_without_tcp: raw.length_offset_without_tcp.unwrap_or(default.length_offset_without_tcp),
+            start_lines: raw.start_lines.clone().unwrap_or(default.start_lines),
+            retract_lines: raw.retract_lines.clone().unwrap_or(default.retract_lines),
+            end_lines: raw.end_lines.clone().unwrap_or(default.end_lines),
+        })
+    }
+
+    fn limits(&self, path: &str, [min, max]: [f64; 2], most: f64, unit: &str) -> Result<[f64; 2]> {
+        let path = format!("{path}.limits");
+        if min >= max {
+            return self.bad(
+                &path,
+                format!("lower limit {min} {unit} is not below upper limit {max} {unit}"),
+                "write [lower, upper]",
+            );
+        }
+        if min.abs() > most || max.abs() > most {
+            let message = format!("limits [{min}, {max}] {unit} are beyond {most} {unit}, which no machine has");
+            return self.bad(&path, message, format!("write limits in {unit}; an endless axis is \"unlimited\""));
+        }
+        Ok([min, max])
+    }
+
+    fn positive(&self, path: &str, value: f64, unit: &str) -> Result<f64> {
+        if value > 0.0 && value < 1e12 {
+            return Ok(value);
+        }
+        self.bad(path, format!("{value} {unit} is not a positive rate"), format!("write a number above zero, {unit}"))
+    }
+
+    fn direction(&self, path: &str, [x, y, z]: [f64; 3]) -> Result<Direction> {
+        match Direction::try_new(Vector::new(x, y, z), 1e-6) {
+            Some(direction) => Ok(direction),
+            None => self.bad(
+                path,
+                format!("direction [{x}, {y}, {z}] has no length"),
+                "write a vector along the axis, such as [0, 0, 1]",
+            ),
+        }
+    }
+
+    fn point(&self, path: &str, value: [f64; 3]) -> Result<Point> {
+        match value.iter().find(|v| v.abs() > LONGEST) {
+            None => Ok(Point::from(value)),
+            Some(far) => self.bad(path, format!("{far} mm is beyond {LONGEST} mm, which no machine has"), "write mm"),
+        }
+    }
+}

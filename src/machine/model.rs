@@ -1,0 +1,168 @@
+//! A machine as plain checked values: axes, spindle, control. Uses `geometry`.
+//!
+//! Frames: the machine frame stands on the machine's base; its zero is where every linear axis reads zero. All
+//! directions and pivots are given in it, with every axis at zero.
+
+use super::control::Control;
+use crate::geometry::{Direction, Point};
+
+/// How far a rotary axis turns and how its control counts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Travel {
+    /// Between two ends, radians; words are literal angles.
+    Limited {
+        /// Lower end.
+        min: f64,
+        /// Upper end.
+        max: f64,
+    },
+    /// Turns without end; words are literal angles, so 720 is two turns from 0.
+    Unlimited,
+    /// Turns without end; words count from 0 to below 360 degrees and the control takes the shorter way.
+    Wrapped,
+}
+
+impl Travel {
+    /// How far `angle` lies outside, radians; 0 inside.
+    pub fn excess(&self, angle: f64) -> f64 {
+        match self {
+            Self::Limited { min, max } => (min - angle).max(angle - max).max(0.0),
+            Self::Unlimited | Self::Wrapped => 0.0,
+        }
+    }
+}
+
+/// X, Y or Z.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LinearAxis {
+    /// `X`, `Y` or `Z`.
+    pub letter: char,
+    /// Way in which the tool moves relative to the table when the axis counts up.
+    pub direction: Direction,
+    /// Lowest position, mm.
+    pub min: f64,
+    /// Highest position, mm.
+    pub max: f64,
+    /// Top speed, mm/s.
+    pub speed: f64,
+    /// Top acceleration, mm/s^2.
+    pub acceleration: f64,
+}
+
+/// What a rotary axis turns.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Carrier {
+    /// The part.
+    Table,
+    /// The tool.
+    Head,
+}
+
+/// Which way a positive word turns.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Sense {
+    /// ISO 841: the tool turns right-handed about the axis direction as seen from the part, so a table turns the
+    /// other way.
+    #[default]
+    Iso,
+    /// The opposite of ISO 841.
+    Reversed,
+}
+
+/// A rotary axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RotaryAxis {
+    /// `A`, `B` or `C`.
+    pub letter: char,
+    /// What it turns.
+    pub on: Carrier,
+    /// Direction of its axis.
+    pub direction: Direction,
+    /// A point of its axis, mm.
+    pub pivot: Point,
+    /// Which way a positive word turns.
+    pub sense: Sense,
+    /// How far it turns.
+    pub travel: Travel,
+    /// Top speed, rad/s.
+    pub speed: f64,
+    /// Top acceleration, rad/s^2.
+    pub acceleration: f64,
+}
+
+impl RotaryAxis {
+    /// +1 where a positive word turns the tool right-handed as seen from the part, else -1.
+    pub fn sign(&self) -> f64 {
+        match self.sense {
+            Sense::Iso => 1.0,
+            Sense::Reversed => -1.0,
+        }
+    }
+}
+
+/// What the linear axes count at rotary zero.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum AxisZero {
+    /// The gauge point of the spindle: with a longer tool the axes stand further away for the same tip.
+    #[default]
+    GaugePoint,
+    /// The tip of the tool: the control takes the tool length into its kinematics and out of the axes.
+    Tip,
+}
+
+/// Where the tool sits.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Spindle {
+    /// From the tip toward the spindle, with the rotary axes at zero.
+    pub axis: Direction,
+    /// The gauge point with every axis at zero, mm.
+    pub gauge_point: Point,
+    /// What the linear axes count.
+    pub axis_zero: AxisZero,
+}
+
+/// A 5-axis machine and its control.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Machine {
+    /// Name, as in a job file.
+    pub name: String,
+    /// One line for people.
+    pub description: String,
+    /// Where the numbers come from.
+    pub source: String,
+    /// X, Y, Z.
+    pub linear: [LinearAxis; 3],
+    /// The two rotary axes in the order of the machine file, which is the order in [`super::AxisPosition::rotary`].
+    pub rotary: [RotaryAxis; 2],
+    /// Indices into `rotary` in the order of the chain from the part to the tool.
+    pub chain: [usize; 2],
+    /// Where the tool sits.
+    pub spindle: Spindle,
+    /// The control.
+    pub control: Control,
+}
+
+impl Machine {
+    /// The letters of the five axes: X, Y, Z, then the rotary axes in the order of the machine file.
+    pub fn letters(&self) -> [char; 5] {
+        let [x, y, z] = self.linear.each_ref().map(|axis| axis.letter);
+        let [first, second] = self.rotary.each_ref().map(|axis| axis.letter);
+        [x, y, z, first, second]
+    }
+
+    /// Top speeds in the order of [`Self::letters`], mm/s and rad/s.
+    pub fn speeds(&self) -> [f64; 5] {
+        let ([x, y, z], [a, b]) = (self.linear.each_ref().map(|a| a.speed), self.rotary.each_ref().map(|a| a.speed));
+        [x, y, z, a, b]
+    }
+
+    /// Top accelerations in the order of [`Self::letters`], mm/s^2 and rad/s^2.
+    pub fn accelerations(&self) -> [f64; 5] {
+        let [x, y, z] = self.linear.each_ref().map(|a| a.acceleration);
+        let [a, b] = self.rotary.each_ref().map(|a| a.acceleration);
+        [x, y, z, a, b]
+    }
+}
