@@ -1,8 +1,15 @@
 //! Program and machine to continuous tool motion in the part frame: what the control does with the text, block by
-//! block, and what that asks of each axis. Uses `geometry`, `motion`, `machine` and the reading half of `nc`.
+//! block, and what that asks of each axis. Uses `diagnostic`, `geometry`, `motion`, `machine` and the reading half of
+//! `nc`.
 
-mod chain;
+mod arc;
+mod bound;
+mod duration;
+mod follow;
+mod statistics;
 mod tool_motion;
 
-pub use chain::{Chain, Turn};
+pub use arc::Arc;
+pub use follow::simulate;
+pub use statistics::{AxisReport, AxisStatistics, LimitKind, LimitViolation};
 pub use tool_motion::{Path, Segment, SegmentKind, ToolMotion};

@@ -1,9 +1,11 @@
-//! The motion a program makes: segments in time, each exact between its ends.
+//! The motion a program makes: segments in time, each exact between its ends. Uses `geometry`, `machine` and `motion`.
 
-use super::Chain;
+use super::arc::Arc;
+use super::bound;
 use crate::geometry::Point;
-use crate::machine::AxisPosition;
+use crate::machine::{AxisPosition, Setup};
 use crate::motion::Pose;
+use crate::nc::Findings;
 
 /// Whether the program feeds or goes as fast as it can.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -14,18 +16,29 @@ pub enum SegmentKind {
     Feed,
 }
 
-/// How the control gets from one end of a segment to the other. The rotary axes turn linearly with the share in every
-/// case.
+/// How the control gets from one end of a segment to the other. Where nothing else is said, the rotary axes turn
+/// linearly with the share.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Path {
     /// Every axis moves linearly (TCP off).
     Joints,
+    /// X, Y, Z move on an arc of their own coordinates (TCP off).
+    JointArc(Arc),
     /// The tip moves on a straight line of the part frame (TCP on).
     Tip {
         /// Where the tip starts, part frame, mm.
         from: Point,
         /// Where it ends.
         to: Point,
+    },
+    /// The tip moves on an arc of the part frame (TCP on).
+    TipArc(Arc),
+    /// The tip moves straight, the tool axis on the great circle (TCP on, vector interpolation).
+    Vector {
+        /// Pose at the start, part frame.
+        from: Pose,
+        /// Pose at the end.
+        to: Pose,
     },
 }
 
@@ -48,124 +61,142 @@ pub struct Segment {
     pub path: Path,
 }
 
+impl Segment {
+    /// See [`ToolMotion::pose`].
+    pub(super) fn pose(&self, setup: &Setup, share: f64) -> Pose {
+        let straight = self.from.interpolate(&self.to, share);
+        match &self.path {
+            Path::Joints => setup.forward(&straight),
+            Path::JointArc(arc) => setup.forward(&AxisPosition { linear: arc.point(share).into(), ..straight }),
+            Path::Tip { from, to } => Pose { tip: from + (to - from) * share, axis: setup.axis(straight.rotary) },
+            Path::TipArc(arc) => Pose { tip: arc.point(share), axis: setup.axis(straight.rotary) },
+            Path::Vector { from, to } => from.interpolate(to, share),
+        }
+    }
+
+    /// See [`ToolMotion::axes`].
+    pub(super) fn axes(&self, setup: &Setup, share: f64) -> AxisPosition {
+        let straight = self.from.interpolate(&self.to, share);
+        match &self.path {
+            Path::Joints => straight,
+            Path::JointArc(arc) => AxisPosition { linear: arc.point(share).into(), ..straight },
+            Path::Tip { .. } | Path::TipArc(_) => setup.with_rotary(&self.pose(setup, share).tip, straight.rotary),
+            Path::Vector { .. } => setup.inverse_near(&self.pose(setup, share), straight.rotary).unwrap_or(straight),
+        }
+    }
+}
+
 /// Everything a program makes the tool do, in the part frame.
 #[derive(Clone, Debug)]
 pub struct ToolMotion {
-    chain: Chain,
+    setup: Setup,
     segments: Vec<Segment>,
+    findings: Findings,
 }
 
 impl ToolMotion {
-    /// Joins a chain and what moves on it.
-    pub fn new(chain: Chain, segments: Vec<Segment>) -> Self {
-        Self { chain, segments }
+    /// Joins a machine with a part and a tool, what moves on it, and what was found remarkable.
+    pub fn new(setup: Setup, segments: Vec<Segment>, findings: Findings) -> Self {
+        Self { setup, segments, findings }
     }
 
-    /// The segments in order of time; each starts where the one before ends, unless a finding says that it jumps.
+    /// The machine with its part and tool.
+    pub fn setup(&self) -> &Setup {
+        &self.setup
+    }
+
+    /// The segments in order of time. Moves before the program has said where each of its axes stands are not among
+    /// them, because nobody knows where they begin.
     pub fn segments(&self) -> &[Segment] {
         &self.segments
     }
 
-    /// Time at which the last segment ends, s.
+    /// What is remarkable in the program and in its motion, in the order of the text.
+    pub fn findings(&self) -> &Findings {
+        &self.findings
+    }
+
+    /// Time at which the last segment ends, s; dwells count, tool changes do not.
     pub fn duration(&self) -> f64 {
         self.segments.last().map_or(0.0, |last| last.start + last.duration)
     }
 
     /// Tool pose in the part frame at `share` (0 to 1) of `segment`, exactly as the control interpolates.
     pub fn pose(&self, segment: &Segment, share: f64) -> Pose {
-        let rotary = interpolate(&segment.from, &segment.to, share).rotary;
-        match segment.path {
-            Path::Joints => self.chain.pose(&interpolate(&segment.from, &segment.to, share)),
-            Path::Tip { from, to } => Pose { tip: from + (to - from) * share, axis: self.chain.axis(rotary) },
-        }
+        segment.pose(&self.setup, share)
     }
 
-    /// Axis positions at `share` (0 to 1) of `segment`.
+    /// Axis positions at `share` (0 to 1) of `segment`. With vector interpolation the rotary axes are those near the
+    /// straight way between the ends.
     pub fn axes(&self, segment: &Segment, share: f64) -> AxisPosition {
-        match segment.path {
-            Path::Joints => interpolate(&segment.from, &segment.to, share),
-            Path::Tip { .. } => {
-                let rotary = interpolate(&segment.from, &segment.to, share).rotary;
-                AxisPosition { linear: self.chain.linear_for(self.pose(segment, share).tip, rotary), rotary }
-            }
-        }
+        segment.axes(&self.setup, share)
     }
 
     /// Bound on how far the axis point at `height` mm above the tip leaves the straight chord between its places at
-    /// the shares `from` and `to` of `segment`, mm. The chord bound is convex in the height, so for a stretch of the
-    /// axis the larger of both ends holds.
+    /// the shares `from` and `to` of `segment`, mm. The bound is convex in the height, so for a stretch of the axis
+    /// the larger of both ends holds.
     pub fn chord_bound(&self, segment: &Segment, from: f64, to: f64, height: f64) -> f64 {
-        self.chain.chord_bound(segment, from, to, height)
+        bound::chord_bound(&self.setup, segment, (from, to), height)
     }
-}
 
-fn interpolate(from: &AxisPosition, to: &AxisPosition, share: f64) -> AxisPosition {
-    let mix = |a: f64, b: f64| a + (b - a) * share;
-    AxisPosition {
-        linear: std::array::from_fn(|i| mix(from.linear[i], to.linear[i])),
-        rotary: std::array::from_fn(|i| mix(from.rotary[i], to.rotary[i])),
+    /// Length of the tip's way in the part frame, mm.
+    pub fn tip_length(&self, segment: &Segment) -> f64 {
+        match &segment.path {
+            Path::Tip { from, to } => (to - from).norm(),
+            Path::TipArc(arc) => arc.length(),
+            Path::Vector { from, to } => (to.tip - from.tip).norm(),
+            Path::Joints | Path::JointArc(_) => {
+                const PIECES: u32 = 16;
+                let tip = |k: u32| self.pose(segment, f64::from(k) / f64::from(PIECES)).tip;
+                (0..PIECES).map(|k| (tip(k + 1) - tip(k)).norm()).sum()
+            }
+        }
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::{Direction, RigidMotion, Vector};
-    use crate::simulate::Turn;
-    use nalgebra::Matrix3;
+    use crate::machine::{BUILTIN, Machine};
     use proptest::prelude::*;
 
-    fn turn(axis: usize, pivot: [f64; 3], direction: Vector) -> Turn {
-        Turn { axis, pivot: Point::from(pivot), direction: Direction::new_normalize(direction) }
-    }
-
-    /// Table turns, head turns, or one of each, all with pivots apart from each other.
-    fn chain(kind: usize) -> Chain {
-        let first = turn(0, [3.0, -20.0, 40.0], Vector::new(-1.0, 0.0, 0.1));
-        let second = turn(1, [-12.0, 8.0, 15.0], Vector::new(0.2, 0.0, -1.0));
-        let (table, head) = match kind {
-            0 => (vec![first, second], vec![]),
-            1 => (vec![], vec![second, first]),
-            _ => (vec![second], vec![first]),
-        };
-        let tool = Pose { tip: Point::new(5.0, 6.0, 200.0), axis: Direction::new_normalize(Vector::z()) };
-        let placement = RigidMotion::translation(11.0, -7.0, 30.0);
-        Chain::new(table, head, Matrix3::identity(), tool, placement).unwrap()
-    }
-
     fn axes() -> impl Strategy<Value = AxisPosition> {
-        (prop::array::uniform3(-200.0..200.0), prop::array::uniform2(-4.0..4.0))
+        (prop::array::uniform3(-200.0..200.0), prop::array::uniform2(-2.0..2.0))
             .prop_map(|(linear, rotary)| AxisPosition { linear, rotary })
+    }
+
+    fn paths(setup: &Setup, from: &AxisPosition, to: &AxisPosition) -> [Path; 5] {
+        let (start, end) = (setup.forward(from), setup.forward(to));
+        let arc = |from: Point, to: Point| Arc {
+            centre: from + (to - from) * 0.5,
+            radius: (from - to) * 0.5,
+            normal: (to - from).cross(&nalgebra::Vector3::new(0.3, 0.5, 0.7)).normalize(),
+            angle: std::f64::consts::PI,
+            rise: (to - from) * 0.1,
+            growth: 0.99,
+        };
+        [
+            Path::Joints,
+            Path::JointArc(arc(Point::from(from.linear), Point::from(to.linear))),
+            Path::Tip { from: start.tip, to: end.tip },
+            Path::TipArc(arc(start.tip, end.tip)),
+            Path::Vector { from: start, to: end },
+        ]
     }
 
     proptest! {
         #[test]
-        fn linear_axes_put_the_tip_where_it_is_asked(kind in 0usize..3, position in axes()) {
-            let chain = chain(kind);
-            let back = chain.linear_for(chain.pose(&position).tip, position.rotary);
-            for i in 0..3 {
-                prop_assert!((back[i] - position.linear[i]).abs() < 1e-9);
-            }
-        }
-
-        #[test]
         fn axis_points_stay_within_the_chord_bound(
-            kind in 0usize..3, from in axes(), to in axes(), tcp in any::<bool>(),
+            machine in 0..BUILTIN.len(), kind in 0_usize..5, from in axes(), to in axes(),
             (low, high) in (0.0..0.5, 0.5..1.0), height in 0.0..80.0, shrink in 0.01..1.0,
         ) {
-            let chain = chain(kind);
+            let machine = Machine::named(BUILTIN[machine].0).unwrap();
+            let setup = Setup::at(&machine, [30.0, -20.0, 10.0], 120.0).unwrap();
             // From a full sweep down to a short block.
-            let mut to = to;
-            for i in 0..3 { to.linear[i] = from.linear[i] + (to.linear[i] - from.linear[i]) * shrink; }
-            for i in 0..2 { to.rotary[i] = from.rotary[i] + (to.rotary[i] - from.rotary[i]) * shrink; }
-            let path = if tcp {
-                Path::Tip { from: chain.pose(&from).tip, to: chain.pose(&to).tip }
-            } else {
-                Path::Joints
-            };
-            let segment =
-                Segment { line: 1, kind: SegmentKind::Feed, start: 0.0, duration: 1.0, from, to, path };
-            let motion = ToolMotion::new(chain, vec![segment]);
+            let to = from.interpolate(&to, shrink);
+            let path = paths(&setup, &from, &to)[kind];
+            let segment = Segment { line: 1, kind: SegmentKind::Feed, start: 0.0, duration: 1.0, from, to, path };
+            let motion = ToolMotion::new(setup, vec![segment], Findings::default());
             let bound = motion.chord_bound(&segment, low, high, height);
             let place = |share: f64| motion.pose(&segment, share).at_height(height);
             let (start, end) = (place(low), place(high));
@@ -175,6 +206,20 @@ mod tests {
                 let off = (place(low + (high - low) * t) - chord).norm();
                 prop_assert!(off <= bound + 1e-9, "{off} {bound}");
             }
+        }
+
+        #[test]
+        fn axes_and_pose_agree_inside_every_kind_of_segment(
+            machine in 0..BUILTIN.len(), kind in 0_usize..5, from in axes(), to in axes(), share in 0.0..1.0,
+        ) {
+            let machine = Machine::named(BUILTIN[machine].0).unwrap();
+            let setup = Setup::at(&machine, [30.0, -20.0, 10.0], 120.0).unwrap();
+            let to = from.interpolate(&to, 0.05);
+            let path = paths(&setup, &from, &to)[kind];
+            let segment = Segment { line: 1, kind: SegmentKind::Feed, start: 0.0, duration: 1.0, from, to, path };
+            let (pose, back) = (segment.pose(&setup, share), setup.forward(&segment.axes(&setup, share)));
+            prop_assert!((pose.tip - back.tip).norm() < 1e-9);
+            prop_assert!(pose.axis_angle(&back) < 1e-9);
         }
     }
 }

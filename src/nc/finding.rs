@@ -1,0 +1,190 @@
+//! What is remarkable in a program: where, why, and what to write instead. Uses `diagnostic`.
+
+use crate::diagnostic::{Diagnostic, Severity};
+use std::ops::Range;
+
+/// Which rule a finding is about; its name is stable.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[non_exhaustive]
+pub enum FindingCode {
+    /// Text that is no word of the dialect.
+    UnreadableText,
+    /// A comment that is nested or not closed.
+    BadComment,
+    /// More characters than the control takes in a block.
+    BlockTooLong,
+    /// A letter that means nothing in this block.
+    UnusedWord,
+    /// A letter twice in one block.
+    RepeatedWord,
+    /// A number that the word cannot carry.
+    BadNumber,
+    /// A G or M code the dialect does not know.
+    UnknownCode,
+    /// A code the control knows, whose effect is not followed here.
+    UnsupportedCode,
+    /// Two codes of one modal group in a block.
+    GroupConflict,
+    /// Axis words with no motion code in force.
+    NoMotionCode,
+    /// An axis word for an axis the machine lacks.
+    MissingAxis,
+    /// A feed move without a feed word that is in force.
+    MissingFeed,
+    /// A feed move while the spindle stands still.
+    SpindleOff,
+    /// A number without decimal point where the control may count increments.
+    MissingPoint,
+    /// G43 or the like without the number of the offset.
+    MissingOffsetNumber,
+    /// An arc that its words do not determine.
+    BadArc,
+    /// No M2, M30 or % at the end.
+    MissingEnd,
+    /// Blocks that the control never reaches.
+    UnreachedText,
+    /// Corners are rounded without a stated tolerance.
+    FreeBlending,
+    /// Blocks with block delete, taken as executed.
+    BlockDelete,
+    /// Rotary words that look like radians.
+    RadiansSuspected,
+    /// A work offset the machine file does not give.
+    UnknownWorkOffset,
+    /// The tool or its length offset is not the job's.
+    OtherTool,
+    /// TCP on with no tool length offset in force.
+    TcpWithoutLength,
+    /// The tool length or TCP changes while tilted so that the machine jumps.
+    Jump,
+    /// An axis that moves before the program has said where it is.
+    UnknownStart,
+    /// A code in a state of TCP in which the control refuses it or does something else.
+    WrongTcpState,
+    /// A feed that the control does not keep: it clamps or reinterprets the word.
+    FeedTrap,
+}
+
+impl FindingCode {
+    /// Stable name for files and filters.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::UnreadableText => "unreadable-text",
+            Self::BadComment => "bad-comment",
+            Self::BlockTooLong => "block-too-long",
+            Self::UnusedWord => "unused-word",
+            Self::RepeatedWord => "repeated-word",
+            Self::BadNumber => "bad-number",
+            Self::UnknownCode => "unknown-code",
+            Self::UnsupportedCode => "unsupported-code",
+            Self::GroupConflict => "group-conflict",
+            Self::NoMotionCode => "no-motion-code",
+            Self::MissingAxis => "missing-axis",
+            Self::MissingFeed => "missing-feed",
+            Self::SpindleOff => "spindle-off",
+            Self::MissingPoint => "missing-point",
+            Self::MissingOffsetNumber => "missing-offset-number",
+            Self::BadArc => "bad-arc",
+            Self::MissingEnd => "missing-end",
+            Self::UnreachedText => "unreached-text",
+            Self::FreeBlending => "free-blending",
+            Self::BlockDelete => "block-delete",
+            Self::RadiansSuspected => "radians-suspected",
+            Self::UnknownWorkOffset => "unknown-work-offset",
+            Self::OtherTool => "other-tool",
+            Self::TcpWithoutLength => "tcp-without-length",
+            Self::Jump => "jump",
+            Self::UnknownStart => "unknown-start",
+            Self::WrongTcpState => "wrong-tcp-state",
+            Self::FeedTrap => "feed-trap",
+        }
+    }
+}
+
+/// One finding in a program.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Finding {
+    /// Which rule.
+    pub code: FindingCode,
+    /// An error means: what the control does is not what is followed here, or it refuses, or it harms; no verdict can
+    /// rest on the program.
+    pub severity: Severity,
+    /// Line, from 1.
+    pub line: usize,
+    /// Bytes of the program that are meant, where there are any.
+    pub span: Option<Range<usize>>,
+    /// What is wrong.
+    pub message: String,
+    /// What to write instead.
+    pub help: String,
+}
+
+impl Finding {
+    /// The finding as a message for people; `text` is the program it was found in.
+    pub fn diagnostic(&self, file: &str, text: &[u8]) -> Box<Diagnostic> {
+        let message = format!("{} [{}]", self.message, self.code.name());
+        let mut diagnostic = match self.severity {
+            Severity::Warning => Diagnostic::warning(message),
+            Severity::Error => Diagnostic::error(message),
+        };
+        diagnostic = diagnostic.in_file(file).help(self.help.clone());
+        let Some(before) = self.span.as_ref().and_then(|span| text.get(..span.start)) else {
+            if let Some(place) = &mut diagnostic.place {
+                place.line = Some(self.line);
+            }
+            return diagnostic;
+        };
+        let start = before.iter().rposition(|b| *b == b'\n').map_or(0, |i| i + 1);
+        let characters = |bytes: &[u8]| String::from_utf8_lossy(bytes).chars().count();
+        diagnostic = diagnostic.at(self.line, characters(before.get(start..).unwrap_or_default()) + 1);
+        let line = text.get(start..).unwrap_or_default();
+        // More is never shown of a line.
+        let line = line.get(..line.len().min(1000)).unwrap_or_default();
+        let line = line.split(|b| *b == b'\n').next().unwrap_or_default();
+        diagnostic.source_line = Some(String::from_utf8_lossy(line).trim_end().to_owned());
+        diagnostic
+    }
+}
+
+/// Findings in the order of the text, no more than can be read.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Findings {
+    list: Vec<Finding>,
+    omitted: usize,
+}
+
+/// How many findings are kept; the others are counted.
+const KEPT: usize = 1000;
+
+impl Findings {
+    /// Adds a finding, or counts it when there are too many.
+    pub fn push(&mut self, finding: Finding) {
+        if self.list.len() < KEPT {
+            self.list.push(finding);
+        } else {
+            self.omitted += 1;
+        }
+    }
+
+    /// Adds those of another pass and sorts by line.
+    pub fn merge(&mut self, other: Self) {
+        self.omitted += other.omitted;
+        self.list.extend(other.list);
+        self.list.sort_by_key(|finding| finding.line);
+    }
+
+    /// Those kept.
+    pub fn list(&self) -> &[Finding] {
+        &self.list
+    }
+
+    /// How many were only counted.
+    pub fn omitted(&self) -> usize {
+        self.omitted
+    }
+
+    /// Whether any is an error, so that no verdict can rest on the program.
+    pub fn any_error(&self) -> bool {
+        self.omitted > 0 || self.list.iter().any(|finding| finding.severity == Severity::Error)
+    }
+}

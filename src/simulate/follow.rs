@@ -1,0 +1,337 @@
+//! Follows a program move by move as its control would. Uses `diagnostic`, `geometry`, `machine` and the reading half of
+//! `nc`.
+
+use super::arc::Arc;
+use super::duration::{Travelled, feed_duration, inverse_time_floor};
+use super::tool_motion::{Path, Segment, SegmentKind, ToolMotion};
+use crate::diagnostic::Severity;
+use crate::geometry::{Point, Vector};
+use crate::machine::{AxisPosition, AxisZero, Dialect, Interpolation, ProgramWords, Setup};
+use crate::nc::program::{AXIS_LETTERS, AxisSet, Change, ChangeAt, Feed, Frame, LengthOffset, Move, Way};
+use crate::nc::{Finding, FindingCode, Findings, Program};
+
+/// Moves the machine as the program says. `tool` is the number of the tool that the setup holds, where there is one to
+/// compare with. Never fails: what makes the motion uncertain is a finding.
+pub fn simulate(program: &Program, setup: &Setup, tool: Option<u32>) -> ToolMotion {
+    let mut follower = Follower::new(program, setup, tool);
+    for step in &program.moves {
+        follower.changes_up_to(step.changes as usize);
+        follower.step(step);
+    }
+    follower.changes_up_to(program.changes.len());
+    let mut findings = program.findings.clone();
+    findings.merge(follower.findings);
+    ToolMotion::new(setup.clone(), follower.segments, findings)
+}
+
+/// Where a move leads.
+struct Target {
+    /// X, Y, Z in program coordinates.
+    words: Point,
+    axes: AxisPosition,
+}
+
+struct Follower<'a> {
+    program: &'a Program,
+    setup: &'a Setup,
+    tool: Option<u32>,
+    /// Index in [`AXIS_LETTERS`] of each rotary axis.
+    rotary_letters: [usize; 2],
+    /// Changes carried out so far.
+    changes: usize,
+    axes: AxisPosition,
+    /// The tip in the part frame, kept exact while TCP is on.
+    tip: Point,
+    tcp: bool,
+    /// Work offset in force less the setup's, mm.
+    offset: Vector,
+    length_on: bool,
+    rpm: f64,
+    time: f64,
+    /// Axes that the program names anywhere, and those it has positioned so far.
+    needed: AxisSet,
+    positioned: AxisSet,
+    said_unknown_start: bool,
+    said_without_length: bool,
+    segments: Vec<Segment>,
+    findings: Findings,
+}
+
+impl<'a> Follower<'a> {
+    fn new(program: &'a Program, setup: &'a Setup, tool: Option<u32>) -> Self {
+        let machine = setup.machine();
+        let index = |letter: char| AXIS_LETTERS.iter().position(|known| *known == letter).unwrap_or(0);
+        let axes = AxisPosition::default();
+        Self {
+            program,
+            setup,
+            tool,
+            rotary_letters: machine.rotary.each_ref().map(|axis| index(axis.letter)),
+            changes: 0,
+            axes,
+            tip: setup.forward(&axes).tip,
+            tcp: machine.control.options.tcp_at_start,
+            offset: Vector::zeros(),
+            length_on: false,
+            rpm: 0.0,
+            time: 0.0,
+            needed: AxisSet(program.moves.iter().fold(0, |bits, step| bits | step.given.0)),
+            positioned: AxisSet::default(),
+            said_unknown_start: false,
+            said_without_length: false,
+            segments: Vec::with_capacity(program.moves.len()),
+            findings: Findings::default(),
+        }
+    }
+
+    fn changes_up_to(&mut self, count: usize) {
+        for change in self.program.changes.get(self.changes..count).unwrap_or_default() {
+            self.change(change);
+        }
+        self.changes = self.changes.max(count);
+    }
+
+    fn change(&mut self, at: &ChangeAt) {
+        let line = at.line as usize;
+        match at.change {
+            Change::Tcp(on) => {
+                if on != self.tcp {
+                    self.tip = self.setup.forward(&self.axes).tip;
+                }
+                self.tcp = on;
+                self.said_without_length = false;
+            }
+            Change::Length(length) => self.change_length(line, length),
+            Change::WorkOffset(code) => {
+                let name = code.to_string();
+                let offsets = &self.setup.machine().control.work_offsets;
+                match offsets.iter().find(|offset| offset.name == name) {
+                    Some(found) => self.offset = Vector::from(found.linear) - Vector::from(self.setup.work_offset()),
+                    None => self.find(
+                        FindingCode::UnknownWorkOffset,
+                        Severity::Error,
+                        line,
+                        format!("the machine file gives no work offset {name}"),
+                        "add it to [control.work_offsets], or use one that is there",
+                    ),
+                }
+            }
+            Change::Tool(number) => {
+                let message = |own: u32| format!("tool {number} is put into the spindle; the job's is tool {own}");
+                self.other_tool(line, number, message);
+            }
+            Change::Spindle { rpm, .. } => self.rpm = rpm,
+            Change::Dwell(seconds) => self.time += seconds,
+            Change::PathControl(_) | Change::Stop => {}
+        }
+    }
+
+    fn change_length(&mut self, line: usize, length: LengthOffset) {
+        let on = length != LengthOffset::Off;
+        // Tip words stay and the machine follows: by the length times how far the tool axis has turned.
+        let turned = self.setup.axis(self.axes.rotary).into_inner() - self.setup.axis([0.0; 2]).into_inner();
+        let jump = self.setup.tool_length() * turned.norm();
+        if self.tcp && on != self.length_on && self.length_in_kinematics() && jump > 1e-6 {
+            let message =
+                format!("the tool length changes while tilted with TCP on: the machine jumps by {jump:.3} mm");
+            let help = "switch the tool length where the rotary axes stand at zero, or with TCP off";
+            self.find(FindingCode::Jump, Severity::Error, line, message, help);
+        }
+        if let LengthOffset::Number(number) = length {
+            let message = |own: u32| format!("length offset {number} is called; the job's tool is tool {own}");
+            self.other_tool(line, number, message);
+        }
+        self.length_on = on;
+        self.said_without_length = false;
+    }
+
+    fn other_tool(&mut self, line: usize, number: u32, message: impl Fn(u32) -> String) {
+        if let Some(own) = self.tool.filter(|own| *own != number) {
+            let help = "call the job's tool, or give the job this number; the job's tool is used here";
+            self.find(FindingCode::OtherTool, Severity::Warning, line, message(own), help);
+        }
+    }
+
+    /// Whether the control takes G43's length into its kinematics; else it knows the length otherwise.
+    fn length_in_kinematics(&self) -> bool {
+        self.setup.machine().spindle.axis_zero == AxisZero::GaugePoint
+    }
+
+    /// What the control adds to linear words to get axis positions with TCP off, and machine coordinates with TCP on.
+    fn zero(&self) -> Vector {
+        let added = self.length_on && (self.tcp || self.setup.machine().control.options.length_offset_without_tcp);
+        let length = if added { self.setup.tool_length() } else { 0.0 };
+        Vector::from(self.setup.work_offset()) + self.offset + Vector::new(0.0, 0.0, length)
+    }
+
+    /// X, Y, Z in program coordinates.
+    fn here(&self) -> Point {
+        if self.tcp { self.tip - self.offset } else { Point::from(self.axes.linear) - self.zero() }
+    }
+
+    fn step(&mut self, step: &Move) {
+        self.check_tcp(step);
+        let here = self.here();
+        let target = self.target(step, here);
+        let known = self.needed.0 & !self.positioned.0 == 0;
+        self.positioned = AxisSet(self.positioned.0 | step.given.0);
+        let (path, travelled) = self.path(step, here, &target);
+        let segment = Segment {
+            line: step.line as usize,
+            kind: if step.way == Way::Rapid { SegmentKind::Rapid } else { SegmentKind::Feed },
+            start: self.time,
+            duration: 0.0,
+            from: self.axes,
+            to: target.axes,
+            path,
+        };
+        self.axes = target.axes;
+        if self.tcp {
+            self.tip = target.words + self.offset;
+        }
+        if travelled.linear == 0.0 && travelled.rotary == 0.0 {
+            return;
+        }
+        if known {
+            self.add(step, segment, travelled);
+        } else if segment.kind == SegmentKind::Feed && !self.said_unknown_start {
+            self.said_unknown_start = true;
+            let missing = AxisSet(self.needed.0 & !self.positioned.0).indices().filter_map(|k| AXIS_LETTERS.get(k));
+            let message = format!("a feed move before the program has positioned {}", missing.collect::<String>());
+            let help = "position each axis with G0 first: nobody knows where the machine stands";
+            self.find(FindingCode::UnknownStart, Severity::Error, segment.line, message, help);
+        }
+    }
+
+    /// Adds a segment with its duration.
+    fn add(&mut self, step: &Move, mut segment: Segment, travelled: Travelled) {
+        let feed = match step.way {
+            Way::Rapid => None,
+            Way::Line(feed) | Way::Arc(feed, _) => Some(feed),
+        };
+        let seconds = feed.and_then(|feed| feed_duration(self.setup, feed, travelled, self.tcp, self.rpm));
+        if let Some(Feed::InverseTime(word)) = feed
+            && let Some(seconds) = inverse_time_floor(self.setup, word, travelled)
+        {
+            let message = format!("F{word} makes less than the slowest feed of the control: it takes {seconds:.4} s");
+            let help = "make the block longer, or merge it with its neighbour";
+            self.find(FindingCode::FeedTrap, Severity::Warning, segment.line, message, help);
+        }
+        segment.duration = seconds.unwrap_or_else(|| rapid_duration(self.setup, &segment));
+        self.time += segment.duration;
+        self.segments.push(segment);
+    }
+
+    /// What the control refuses or misunderstands with TCP on.
+    fn check_tcp(&mut self, step: &Move) {
+        if !self.tcp {
+            return;
+        }
+        let line = step.line as usize;
+        if !self.length_on && self.length_in_kinematics() && !self.said_without_length {
+            self.said_without_length = true;
+            let severity = if step.way == Way::Rapid { Severity::Warning } else { Severity::Error };
+            let message = "TCP is on with no tool length offset in force; the job's tool length is supposed here";
+            let help = "write G43 H before TCP is switched on";
+            self.find(FindingCode::TcpWithoutLength, severity, line, message.into(), help);
+        }
+        let refused = match step.frame {
+            Frame::Work => false,
+            Frame::Machine => self.setup.machine().control.dialect == Dialect::Fanuc30i,
+            Frame::Reference(_) => true,
+        };
+        if refused {
+            let message = "machine coordinates with TCP on";
+            let help = "switch TCP off first";
+            self.find(FindingCode::WrongTcpState, Severity::Error, line, message.into(), help);
+        }
+    }
+
+    fn target(&self, step: &Move, here: Point) -> Target {
+        let zero = self.zero();
+        let linear = |index: usize| {
+            let word = step.target[index];
+            match step.frame {
+                _ if !step.given.has(index) => here[index],
+                Frame::Work if step.incremental => here[index] + word,
+                Frame::Work => word,
+                Frame::Machine => word - zero[index],
+                Frame::Reference(_) => -zero[index],
+            }
+        };
+        let words = Point::new(linear(0), linear(1), linear(2));
+        let rotary = self.rotary_target(step);
+        let axes = if self.tcp {
+            self.setup.with_rotary(&(words + self.offset), rotary)
+        } else {
+            AxisPosition { linear: (words + zero).into(), rotary }
+        };
+        Target { words, axes }
+    }
+
+    fn rotary_target(&self, step: &Move) -> [f64; 2] {
+        let word = |slot: usize| step.target.get(self.rotary_letters[slot]).copied().unwrap_or(0.0);
+        let absolute = ProgramWords { linear: [0.0; 3], rotary: [word(0), word(1)] };
+        let absolute = self.setup.axes_from_words(&absolute, &self.axes, false).rotary;
+        std::array::from_fn(|slot| {
+            let start = self.axes.rotary[slot];
+            match step.frame {
+                _ if !step.given.has(self.rotary_letters[slot]) => start,
+                Frame::Work if step.incremental => start + word(slot).to_radians(),
+                Frame::Work | Frame::Machine | Frame::Reference(_) => absolute[slot],
+            }
+        })
+    }
+
+    /// The way to the target, and how long it is.
+    fn path(&mut self, step: &Move, here: Point, target: &Target) -> (Path, Travelled) {
+        let turned = |slot: usize| (target.axes.rotary[slot] - self.axes.rotary[slot]).to_degrees();
+        let rotary = turned(0).hypot(turned(1));
+        if let Way::Arc(_, index) = step.way
+            && let Some(words) = self.program.arcs.get(index as usize)
+        {
+            match Arc::from_words(words, here, target.words, Point::origin()) {
+                Ok(arc) => {
+                    let travelled = Travelled { linear: arc.length(), rotary };
+                    let path = if self.tcp {
+                        Path::TipArc(arc.moved(self.offset))
+                    } else {
+                        Path::JointArc(arc.moved(self.zero()))
+                    };
+                    return (path, travelled);
+                }
+                Err(reason) => {
+                    let help = "correct its centre or radius";
+                    self.find(FindingCode::BadArc, Severity::Error, step.line as usize, reason, help);
+                }
+            }
+        }
+        let travelled = Travelled { linear: (target.words - here).norm(), rotary };
+        let end = target.words + self.offset;
+        let path = match self.setup.interpolation(self.tcp) {
+            Interpolation::Axes => Path::Joints,
+            Interpolation::TipAndRotary => Path::Tip { from: self.tip, to: end },
+            Interpolation::TipAndVector => {
+                Path::Vector { from: self.setup.forward(&self.axes), to: self.setup.forward(&target.axes) }
+            }
+        };
+        (path, travelled)
+    }
+
+    fn find(&mut self, code: FindingCode, severity: Severity, line: usize, message: String, help: &str) {
+        self.findings.push(Finding { code, severity, line, span: None, message, help: help.to_owned() });
+    }
+}
+
+/// Seconds for a rapid: the slowest axis at its top speed, judged piece by piece where the axes do not move linearly.
+fn rapid_duration(setup: &Setup, segment: &Segment) -> f64 {
+    let linear = matches!(segment.path, Path::Joints);
+    let pieces = if linear { 1 } else { 8 };
+    let place = |k: u32| segment.axes(setup, f64::from(k) / f64::from(pieces)).values();
+    let speeds = setup.machine().speeds();
+    let slowest = |k: u32| {
+        let (from, to) = (place(k), place(k + 1));
+        (0..5).map(|i| (to[i] - from[i]).abs() / speeds[i]).fold(0.0, f64::max)
+    };
+    (0..pieces).map(slowest).fold(0.0, f64::max) * f64::from(pieces)
+}
