@@ -1,1 +1,25 @@
-//! JSON and one self-contained HTML page with a 3D view and plots. May use: everything above it.
+//! One self-contained HTML page on a job: verdict, 3D view of part and tool, plots of the axes, figures, findings.
+//!
+//! The page needs no network and no library. Uses `geometry` and `tool`.
+
+mod colour;
+mod data;
+mod encode;
+mod legend;
+mod page;
+mod payload;
+mod plot;
+
+pub use data::{
+    AxisTrack, Figure, Finding, Mesh, PartView, ProfileSection, ReportData, ReportError, Ruling, Timeline, ToolSample,
+    Verdict, tool_outline,
+};
+
+/// The page as text; the same data give the same bytes. Refuses data that are not finite or do not fit together.
+pub fn html(data: &ReportData) -> Result<String, ReportError> {
+    data.check()?;
+    Ok(page::page(data))
+}
+
+#[cfg(test)]
+mod tests;

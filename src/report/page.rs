@@ -1,0 +1,128 @@
+//! Puts the page together: the fixed template, style and script of `page/` with the data's text, plots and numbers.
+
+use super::data::{Figure, ReportData};
+use super::encode::{escape, number};
+use super::legend::legend;
+use super::payload::payload;
+use super::plot::axis_figure;
+use std::fmt::Write;
+
+const TEMPLATE: &str = include_str!("page/page.html");
+const STYLE: &str = include_str!("page/page.css");
+const SCRIPT: [&str; 7] = [
+    include_str!("page/vectors.js"),
+    include_str!("page/shaders.js"),
+    include_str!("page/scene.js"),
+    include_str!("page/camera.js"),
+    include_str!("page/pick.js"),
+    include_str!("page/timeline.js"),
+    include_str!("page/main.js"),
+];
+
+/// Figures shown large above the view, at most.
+const TILES: usize = 4;
+
+/// The page. The data are checked already.
+pub(super) fn page(data: &ReportData) -> String {
+    let (word, class, mark) = if data.verdict.pass {
+        ("Pass", "pass", "M3 8.5l3.5 3.5L13 4.5")
+    } else {
+        ("Fail", "fail", "M4 4l8 8M12 4l-8 8")
+    };
+    let hidden = |hide: bool| if hide { " hidden" } else { "" }.to_owned();
+    fill(TEMPLATE, |key| match key {
+        "name" => escape(&data.name),
+        "verdict_word" => word.to_owned(),
+        "verdict_class" => class.to_owned(),
+        "verdict_mark" => mark.to_owned(),
+        "style" => STYLE.to_owned(),
+        "script" => SCRIPT.concat(),
+        "data" => payload(data),
+        "reasons" => list("<ul class=\"reasons\">", data.verdict.reasons.iter().map(|r| escape(r)), "</ul>"),
+        "facts" => data
+            .facts
+            .iter()
+            .map(|(label, value)| format!("<div><dt>{}</dt><dd>{}</dd></div>", escape(label), escape(value)))
+            .collect(),
+        "tiles" => data.figures.iter().filter(|f| f.limit.is_some()).take(TILES).map(tile).collect(),
+        "part_hidden" => hidden(data.part.is_none()),
+        "surroundings_hidden" => hidden(data.surroundings.is_empty()),
+        "legend" => data.part.as_ref().map(legend).unwrap_or_default(),
+        "findings" => findings(data),
+        "axes" => axes(data),
+        "figures" => data.figures.iter().map(row).collect(),
+        "hash" if data.input_hash.is_empty() => String::new(),
+        "hash" => format!(" Input {}.", escape(&data.input_hash)),
+        _ => String::new(),
+    })
+}
+
+/// Replaces each `{{key}}` of the template in one pass, so that inserted text is never expanded again.
+fn fill(template: &str, value: impl Fn(&str) -> String) -> String {
+    let mut out = String::new();
+    let mut rest = template;
+    while let Some((before, after)) = rest.split_once("{{") {
+        let Some((key, tail)) = after.split_once("}}") else { break };
+        out.push_str(before);
+        out.push_str(&value(key));
+        rest = tail;
+    }
+    out + rest
+}
+
+/// List items between an opening and a closing tag; nothing where there are no items.
+fn list(open: &str, items: impl Iterator<Item = String>, close: &str) -> String {
+    let items: String = items.map(|item| format!("<li>{item}</li>")).collect();
+    if items.is_empty() { items } else { format!("{open}{items}{close}") }
+}
+
+fn tile(figure: &Figure) -> String {
+    let limit = figure.limit.unwrap_or_default();
+    let share = if limit == 0.0 { f64::from(u8::from(figure.value != 0.0)) } else { figure.value / limit };
+    format!(
+        "<article class=\"tile{}\"><h3>{}</h3><p>{} <small>{}</small></p><span class=\"gauge\"><i style=\"width:{:.1}%\">\
+         </i></span><div>limit {} {}</div></article>",
+        if figure.ok == Some(false) { " failed" } else { "" },
+        escape(&figure.label),
+        number(figure.value, figure.decimals),
+        escape(&figure.unit),
+        100.0 * share.clamp(0.0, 1.0),
+        number(limit, figure.decimals),
+        escape(&figure.unit),
+    )
+}
+
+fn row(figure: &Figure) -> String {
+    let judged = match figure.ok {
+        Some(true) => "<span class=\"kept\">\u{2713} kept</span>",
+        Some(false) => "<span class=\"missed\">\u{2717} missed</span>",
+        None => "",
+    };
+    format!(
+        "<tr><td>{}</td><td class=\"num\">{}</td><td class=\"num\">{}</td><td class=\"unit\">{}</td><td>{judged}</td></tr>",
+        escape(&figure.label),
+        number(figure.value, figure.decimals),
+        figure.limit.map_or(String::new(), |l| number(l, figure.decimals)),
+        escape(&figure.unit),
+    )
+}
+
+fn findings(data: &ReportData) -> String {
+    let items = data.findings.iter().map(|finding| {
+        let place =
+            finding.line.map_or(String::new(), |l| format!("<button type=\"button\" data-line=\"{l}\">{l}</button>"));
+        place + &escape(&finding.text)
+    });
+    let list = list("<ol>", items, "</ol>");
+    let body = if list.is_empty() { "<p class=\"none\">Nothing found.</p>".to_owned() } else { list };
+    format!("<section class=\"card findings\"><h2>Findings <small>{}</small></h2>{body}</section>", data.findings.len())
+}
+
+fn axes(data: &ReportData) -> String {
+    if data.timeline.axes.is_empty() {
+        return String::new();
+    }
+    let times: Vec<f64> = data.timeline.samples.iter().map(|s| s.time).collect();
+    let plots: String = data.timeline.axes.iter().map(|track| axis_figure(&times, track)).collect();
+    format!("<section class=\"card\"><h2>Axes over time</h2><div class=\"axes\">{plots}</div></section>")
+}
