@@ -271,6 +271,11 @@ pub struct Segment<'a> {
 }
 
 impl Segment<'_> {
+    /// Axis positions at both ends.
+    pub fn ends(&self) -> &[AxisPosition; 2] {
+        &self.axes
+    }
+
     /// Pose in the part frame at `share` of the block, 0 to 1.
     pub fn pose(&self, share: f64) -> Pose {
         let [start, end] = &self.poses;
