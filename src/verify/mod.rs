@@ -1,1 +1,29 @@
-//! The swept tool against the part, axis limits, round trip, and the verdict. May use: geometry, part, tool, motion, collide, machine, nc (reading half), simulate.
+//! The swept tool against the part, axis limits, round trip, and the verdict. May use: geometry, part, tool, motion,
+//! collide, machine, nc (reading half), simulate.
+
+mod body;
+mod contacts;
+mod deviation;
+mod judge;
+mod motion_tree;
+mod ray;
+mod record;
+mod round_trip;
+mod strips;
+mod sweep;
+mod swept;
+
+pub use contacts::{Contact, Obstacle, ToolBody};
+pub use deviation::{MeasuredSample, PartDeviation};
+pub use judge::{Settings, Subject, Verified, verify};
+pub use motion_tree::{BlockMotion, Instant};
+pub use ray::NormalRay;
+pub use record::{
+    AxisRecord, CollisionRecord, DeviationRecord, ProgramRecord, RoundTripRecord, StripsRecord, ToleranceRecord,
+    Verdict, Verification,
+};
+pub use strips::Runs;
+pub use swept::{Touch, Window};
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,246 @@
+//! The body of a tool as a union of pieces, each one stack of meridian elements, in the half plane of height and radius.
+//! Uses `tool`.
+//!
+//! A piece is solid: the slab between two heights, out to its profile. Within a piece the radius is a concave function
+//! of the height, so the piece is convex, or it is one hollow arc. Of a convex piece every tangent plane is a support
+//! plane; of a hollow one every tangent sphere of its arc's radius lies outside: [`Piece::clear_radius`] is that radius.
+
+use crate::tool::meridian::{ArcSide, Element};
+
+/// Joints whose normals turn the wrong way by less than this count as smooth, radians.
+const SMOOTH: f64 = 1e-9;
+
+/// One profile element that spans a positive height.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Profile {
+    /// `radius + slope (h - low)`.
+    Line { radius: f64, slope: f64 },
+    /// Upper half of a circle about (centre height, centre radius).
+    Bulge { height: f64, radius: f64, arc: f64 },
+    /// Lower half of such a circle.
+    Hollow { height: f64, radius: f64, arc: f64 },
+}
+
+/// A profile element with the heights and radii of its ends.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Span {
+    pub(super) low: f64,
+    pub(super) high: f64,
+    pub(super) low_radius: f64,
+    pub(super) high_radius: f64,
+    pub(super) profile: Profile,
+}
+
+/// A convex piece, or one hollow arc, with the flat ends that close it.
+#[derive(Clone, Debug)]
+pub(super) struct Piece {
+    /// From below, heights joining.
+    pub(super) spans: Vec<Span>,
+    /// Radius of a sphere that touches the piece from outside anywhere without entering it; infinite where convex.
+    pub(super) clear_radius: f64,
+}
+
+/// The pieces of the flutes, or of shank and holder.
+#[derive(Clone, Debug)]
+pub(super) struct Body {
+    pub(super) pieces: Vec<Piece>,
+    /// Lowest and highest height, mm above the tip.
+    pub(super) heights: (f64, f64),
+    /// Largest radius, mm.
+    pub(super) radius: f64,
+}
+
+/// The point of a piece nearest to a point outside it, with the unit normal there, both in the half plane.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Nearest {
+    pub(super) height: f64,
+    pub(super) radius: f64,
+    pub(super) axial: f64,
+    pub(super) radial: f64,
+}
+
+impl Span {
+    fn of(element: &Element) -> Option<Self> {
+        let (start, end) = (element.start(), element.end());
+        if end.height - start.height <= 1e-12 {
+            return None;
+        }
+        let profile = match element {
+            Element::Line { .. } => {
+                let slope = (end.radius - start.radius) / (end.height - start.height);
+                Profile::Line { radius: start.radius, slope }
+            }
+            Element::Arc { centre, radius, side: ArcSide::Convex, .. } => {
+                Profile::Bulge { height: centre.height, radius: centre.radius, arc: *radius }
+            }
+            Element::Arc { centre, radius, side: ArcSide::Concave, .. } => {
+                Profile::Hollow { height: centre.height, radius: centre.radius, arc: *radius }
+            }
+        };
+        Some(Self {
+            low: start.height,
+            high: end.height,
+            low_radius: start.radius.max(0.0),
+            high_radius: end.radius.max(0.0),
+            profile,
+        })
+    }
+
+    /// Radius of the body at a height of this span.
+    pub(super) fn radius_at(&self, height: f64) -> f64 {
+        match self.profile {
+            Profile::Line { radius, slope } => radius + slope * (height - self.low),
+            Profile::Bulge { height: centre, radius, arc } => {
+                radius + (arc * arc - (height - centre).powi(2)).max(0.0).sqrt()
+            }
+            Profile::Hollow { height: centre, radius, arc } => {
+                radius - (arc * arc - (height - centre).powi(2)).max(0.0).sqrt()
+            }
+        }
+    }
+
+    /// Outward unit normal (axial, radial) at a point of this span's surface.
+    pub(super) fn normal_at(&self, height: f64, rho: f64) -> (f64, f64) {
+        match self.profile {
+            Profile::Line { slope, .. } => {
+                let length = slope.hypot(1.0);
+                (-slope / length, 1.0 / length)
+            }
+            Profile::Bulge { height: centre, radius, .. } => unit(height - centre, rho - radius),
+            Profile::Hollow { height: centre, radius, .. } => unit(centre - height, radius - rho),
+        }
+    }
+
+    /// Nearest point of the profile itself, ends included.
+    fn nearest(&self, height: f64, rho: f64) -> (f64, f64) {
+        match self.profile {
+            Profile::Line { .. } => {
+                nearest_on_segment((self.low, self.low_radius), (self.high, self.high_radius), (height, rho))
+            }
+            Profile::Bulge { height: centre, radius, arc } => {
+                let (axial, radial) = unit(height - centre, rho - radius);
+                self.on_arc_or_end((centre + arc * axial, radius + arc * radial), radial > 0.0, (height, rho))
+            }
+            Profile::Hollow { height: centre, radius, arc } => {
+                let (axial, radial) = unit(height - centre, rho - radius);
+                self.on_arc_or_end((centre + arc * axial, radius + arc * radial), radial < 0.0, (height, rho))
+            }
+        }
+    }
+
+    fn on_arc_or_end(&self, foot: (f64, f64), right_half: bool, from: (f64, f64)) -> (f64, f64) {
+        if right_half && (self.low..=self.high).contains(&foot.0) {
+            return foot;
+        }
+        let ends = [(self.low, self.low_radius), (self.high, self.high_radius)];
+        let square = |end: (f64, f64)| (end.0 - from.0).powi(2) + (end.1 - from.1).powi(2);
+        if square(ends[0]) <= square(ends[1]) { ends[0] } else { ends[1] }
+    }
+}
+
+fn unit(axial: f64, radial: f64) -> (f64, f64) {
+    let length = axial.hypot(radial);
+    if length > 0.0 { (axial / length, radial / length) } else { (0.0, 1.0) }
+}
+
+fn nearest_on_segment(a: (f64, f64), b: (f64, f64), p: (f64, f64)) -> (f64, f64) {
+    let (dh, dr) = (b.0 - a.0, b.1 - a.1);
+    let square = dh * dh + dr * dr;
+    let share = if square > 0.0 { (((p.0 - a.0) * dh + (p.1 - a.1) * dr) / square).clamp(0.0, 1.0) } else { 0.0 };
+    (a.0 + share * dh, a.1 + share * dr)
+}
+
+impl Piece {
+    fn low(&self) -> Option<&Span> {
+        self.spans.first()
+    }
+
+    fn high(&self) -> Option<&Span> {
+        self.spans.last()
+    }
+
+    /// The nearest point of the surface; `None` when (height, rho) lies in the piece.
+    pub(super) fn nearest(&self, height: f64, rho: f64) -> Option<Nearest> {
+        let (low, high) = (self.low()?, self.high()?);
+        if let Some(span) = self.spans.iter().find(|s| (s.low..=s.high).contains(&height))
+            && rho <= span.radius_at(height)
+        {
+            return None;
+        }
+        let from = (height, rho);
+        // Below or above the slab the end discs count, beside it the profile; the corners belong to both.
+        let mut foot = if height < low.low {
+            nearest_on_segment((low.low, 0.0), (low.low, low.low_radius), from)
+        } else if height > high.high {
+            nearest_on_segment((high.high, 0.0), (high.high, high.high_radius), from)
+        } else {
+            low.nearest(height, rho)
+        };
+        let square = |p: (f64, f64)| (p.0 - height).powi(2) + (p.1 - rho).powi(2);
+        let mut best = square(foot);
+        let mut owner = low;
+        for span in &self.spans {
+            let candidate = span.nearest(height, rho);
+            if square(candidate) < best {
+                (foot, best, owner) = (candidate, square(candidate), span);
+            }
+        }
+        let distance = best.sqrt();
+        let (axial, radial) = if distance > 1e-9 {
+            ((height - foot.0) / distance, (rho - foot.1) / distance)
+        } else {
+            owner.normal_at(foot.0, foot.1)
+        };
+        Some(Nearest { height: foot.0, radius: foot.1, axial, radial })
+    }
+}
+
+impl Body {
+    /// Gathers elements into pieces; flat elements only close them.
+    pub(super) fn of<'a>(elements: impl Iterator<Item = &'a Element>) -> Self {
+        let mut pieces: Vec<Piece> = Vec::new();
+        let mut open: Option<Span> = None;
+        for element in elements {
+            let Some(span) = Span::of(element) else {
+                open = None;
+                continue;
+            };
+            let hollow = matches!(span.profile, Profile::Hollow { .. });
+            let joins = open.is_some_and(|last| !hollow && turns_outward(&last, &span));
+            match pieces.last_mut().filter(|_| joins) {
+                Some(piece) => piece.spans.push(span),
+                None => pieces.push(Piece { spans: vec![span], clear_radius: clear_radius(&span) }),
+            }
+            open = Some(span).filter(|_| !hollow);
+        }
+        let spans = || pieces.iter().flat_map(|p| &p.spans);
+        let heights =
+            spans().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), s| (s.low.min(low), s.high.max(high)));
+        let radius = spans().map(widest).fold(0.0, f64::max);
+        Self { pieces, heights, radius }
+    }
+}
+
+fn widest(span: &Span) -> f64 {
+    let ends = span.low_radius.max(span.high_radius);
+    match span.profile {
+        Profile::Bulge { height, radius, arc } if (span.low..=span.high).contains(&height) => ends.max(radius + arc),
+        _ => ends,
+    }
+}
+
+/// True where the body stays convex across the joint of two spans.
+fn turns_outward(below: &Span, above: &Span) -> bool {
+    let gap = (below.high - above.low).hypot(below.high_radius - above.low_radius);
+    let (a, b) = (below.normal_at(below.high, below.high_radius), above.normal_at(above.low, above.low_radius));
+    gap < 1e-9 && b.0.atan2(b.1) >= a.0.atan2(a.1) - SMOOTH
+}
+
+/// At the rim of a hollow span the normals fan out between arc and end disc; the sphere shrinks with the sine of the
+/// angle between them.
+fn clear_radius(span: &Span) -> f64 {
+    let Profile::Hollow { arc, .. } = span.profile else { return f64::INFINITY };
+    let low = span.normal_at(span.low, span.low_radius).1;
+    let high = span.normal_at(span.high, span.high_radius).1;
+    arc * low.min(high).max(0.0)
+}

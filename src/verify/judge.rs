@@ -1,0 +1,247 @@
+//! From motion, part and tool to the verdict. Uses everything in this module, `part`, `tool`, `motion` and `simulate`.
+
+use super::body::Body;
+use super::contacts::{Contact, Contacts, ToolBody};
+use super::deviation::{Fineness, PartDeviation, measure};
+use super::motion_tree::Instant;
+use super::record::{
+    AxisRecord, CollisionRecord, DeviationRecord, ProgramRecord, RoundTripRecord, StripsRecord, ToleranceRecord,
+    Verdict, Verification,
+};
+use super::round_trip::round_trip;
+use super::strips::{Runs, seams};
+use super::sweep::Timeline;
+use super::swept::Window;
+use crate::diagnostic::Severity;
+use crate::motion::ToolPath;
+use crate::part::Part;
+use crate::simulate::{LimitViolation, SegmentKind, ToolMotion};
+use crate::tool::{Section, Tool};
+
+/// What is verified against what.
+#[derive(Clone, Copy, Debug)]
+pub struct Subject<'a> {
+    /// The program's motion.
+    pub motion: &'a ToolMotion,
+    /// The tool it moves.
+    pub tool: &'a Tool,
+    /// The part.
+    pub part: &'a Part,
+    /// What is allowed on the part.
+    pub tolerance: ToleranceRecord,
+    /// The tool path that the program was posted from, where there is one.
+    pub path: Option<&'a ToolPath>,
+}
+
+/// How to verify. The default suits parts of some centimetres in tolerances of some micrometres.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// How far along the part's normals the tool is looked for.
+    pub window: Window,
+    /// Depth differences below this are not looked for in time, mm.
+    pub resolution: f64,
+    /// Distance of neighbouring samples, mm; from the part's area when left out.
+    pub spacing: Option<f64>,
+    /// Refinement between samples ends when it could not change the extremes by more, mm.
+    pub refinement: f64,
+    /// Touch of shank, holder, check surfaces and rapids that is no collision, mm.
+    pub contact: f64,
+    /// Distance from the region's edge within which nothing is claimed, mm.
+    pub border: f64,
+    /// Gives a verdict although the program holds text whose effect is not known.
+    pub despite_unknown_text: bool,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            window: Window { inward: 1.0, outward: 1.0 },
+            resolution: 1e-6,
+            spacing: None,
+            refinement: 1e-4,
+            contact: 1e-3,
+            border: 0.01,
+            despite_unknown_text: false,
+        }
+    }
+}
+
+/// The record, and what a report shows of it.
+#[derive(Clone, Debug)]
+pub struct Verified {
+    /// What goes to `verify.json`.
+    pub record: Verification,
+    /// Deviation of every sample of the part.
+    pub part: PartDeviation,
+    /// Which pass a block belongs to.
+    pub runs: Runs,
+}
+
+/// Samples over the part's region when no spacing is given.
+const SAMPLES: f64 = 20_000.0;
+
+/// Rounding allowed when a figure is compared with its tolerance, mm.
+const ROUNDING: f64 = 1e-9;
+
+/// Sweeps the tool, measures the part, and judges.
+pub fn verify(subject: &Subject<'_>, settings: &Settings) -> Verified {
+    let motion = subject.motion;
+    let spacing = settings.spacing.unwrap_or_else(|| (subject.part.surface.area() / SAMPLES).sqrt()).max(1e-3);
+    let runs = Runs::of(motion);
+    let timeline = Timeline::new(motion, subject.tool.flute_length());
+    let flutes = Body::of(subject.tool.flutes().iter());
+    let sweep = timeline.sweep(&flutes, settings.window, settings.resolution);
+    let fineness = Fineness { spacing, change: settings.refinement, border: settings.border };
+    let part = measure(&subject.part.surface, &sweep, settings.window, &fineness);
+    let seams = seams(&subject.part.surface, &sweep, &part, &runs);
+
+    let mut contacts = Contacts::default();
+    let rapids = (subject.tolerance.undercut, settings.window.outward, settings.contact);
+    contacts.rapids_in_part(&sweep, &part, &runs, rapids);
+    let check = (spacing, settings.contact);
+    for surface in subject.part.check.iter().enumerate() {
+        contacts.body_in_check(ToolBody::Flutes, &sweep, surface, &runs, check);
+    }
+    for (body, section) in [(ToolBody::Shank, Section::Shank), (ToolBody::Holder, Section::Holder)] {
+        let solid = Body::of(subject.tool.body().filter(|(s, _)| *s == section).map(|(_, element)| element));
+        let sweep = timeline.sweep(&solid, settings.window, settings.resolution);
+        contacts.body_on_part(body, &sweep, &part, &runs, settings.window.outward, settings.contact);
+        for surface in subject.part.check.iter().enumerate() {
+            contacts.body_in_check(body, &sweep, surface, &runs, check);
+        }
+    }
+
+    let axes = motion.axis_report();
+    let round_trip = subject.path.and_then(|path| round_trip(motion, path, subject.tool.flute_length()));
+    let mut record = Verification {
+        format: "regulus-verify",
+        version: 1,
+        verdict: Verdict::Pass,
+        reasons: Vec::new(),
+        deviation: deviation_record(&part, subject.tolerance, settings.window),
+        strips: StripsRecord {
+            count: seams.strips,
+            kink_max_deg: seams.kink_max_deg,
+            kink_mean_deg: seams.kink_mean_deg,
+            gap_max_mm: seams.gap_max,
+        },
+        program: program_record(motion),
+        round_trip: round_trip
+            .map(|r| RoundTripRecord { tip_max_mm: r.tip_max, axis_max_deg: r.axis_max.to_degrees() }),
+        axes: axes
+            .axes
+            .iter()
+            .map(|a| {
+                let (max_rate, max_accel) = (a.max_rate, a.max_acceleration);
+                (a.letter, AxisRecord { min: a.min, max: a.max, travel: a.travel, max_rate, max_accel })
+            })
+            .collect(),
+        limits: axes.limits,
+        collisions: contacts.into_sorted().iter().map(|c| collision(motion, c)).collect(),
+    };
+    record.reasons = reasons(&record, &part, motion, settings);
+    if !record.reasons.is_empty() {
+        record.verdict = Verdict::Fail;
+    }
+    Verified { record, part, runs }
+}
+
+fn deviation_record(part: &PartDeviation, tolerance: ToleranceRecord, window: Window) -> DeviationRecord {
+    let overcut = part.worst_overcut.and_then(|m| m.deviation()).map_or(0.0, |d| -d);
+    let undercut = part.worst_undercut.map_or(0.0, |m| m.deviation().unwrap_or(window.outward));
+    let allowed = -tolerance.overcut - ROUNDING..=tolerance.undercut + ROUNDING;
+    DeviationRecord {
+        overcut_max_mm: overcut,
+        undercut_max_mm: undercut,
+        within_tolerance_share: part.area_share(|s| s.deviation().is_some_and(|d| allowed.contains(&d))),
+        tolerance,
+        samples: part.measured,
+        overcut_bound_mm: None,
+        undercut_bound_mm: None,
+        uncut_share: part.area_share(|s| s.touch.is_none()),
+        window_mm: window.outward.min(window.inward),
+        border_mm: part.border,
+    }
+}
+
+fn program_record(motion: &ToolMotion) -> ProgramRecord {
+    let feed = || motion.segments().iter().filter(|s| s.kind == SegmentKind::Feed);
+    let shortest = feed().map(|s| s.duration).filter(|d| *d > 0.0).fold(f64::INFINITY, f64::min);
+    ProgramRecord {
+        blocks: motion.segments().len(),
+        duration_s: motion.duration(),
+        cut_length_mm: feed().map(|s| motion.tip_length(s)).sum(),
+        max_block_rate_hz: 1.0 / shortest,
+    }
+}
+
+fn collision(motion: &ToolMotion, contact: &Contact) -> CollisionRecord {
+    let (line, time_s) = place(motion, contact.when);
+    CollisionRecord {
+        line,
+        time_s,
+        body_a: contact.body.name().to_owned(),
+        body_b: contact.obstacle.name(),
+        depth_mm: contact.depth,
+    }
+}
+
+/// Line and time of an instant.
+fn place(motion: &ToolMotion, when: Instant) -> (usize, f64) {
+    motion.segments().get(when.block).map_or((0, 0.0), |s| (s.line, s.start + when.share * s.duration))
+}
+
+/// Why the program fails, worst first.
+fn reasons(record: &Verification, part: &PartDeviation, motion: &ToolMotion, settings: &Settings) -> Vec<String> {
+    let mut reasons = Vec::new();
+    let findings = motion.findings();
+    if findings.any_error() && !settings.despite_unknown_text {
+        let errors = || findings.list().iter().filter(|f| f.severity == Severity::Error);
+        let first = errors().next().map_or(String::new(), |f| format!(", first line {}: {}", f.line, f.message));
+        let count = errors().count() + findings.omitted();
+        reasons.push(format!("what the control does is not certain: {count} finding(s){first}"));
+    }
+    if record.program.cut_length_mm == 0.0 {
+        reasons.push("the program makes no move at feed".to_owned());
+    }
+    deviation_reasons(&mut reasons, record, part, motion, settings);
+    for c in &record.collisions {
+        reasons.push(format!("line {}: {} {:.4} mm into the {}", c.line, c.body_a, c.depth_mm, c.body_b));
+    }
+    if let Some(LimitViolation { line, axis, kind, value, limit }) = record.limits.first() {
+        let kind = format!("{kind:?}").to_lowercase();
+        let count = record.limits.len();
+        reasons.push(format!(
+            "{count} axis limit(s) passed, the first on line {line}: {kind} of {axis} is {value:.4}, the limit {limit:.4}"
+        ));
+    }
+    reasons
+}
+
+fn deviation_reasons(
+    reasons: &mut Vec<String>,
+    record: &Verification,
+    part: &PartDeviation,
+    motion: &ToolMotion,
+    settings: &Settings,
+) {
+    let deviation = &record.deviation;
+    let least = |value: f64, window: f64| if value >= window { "at least " } else { "" };
+    if deviation.overcut_max_mm > deviation.tolerance.overcut + ROUNDING {
+        let (value, limit) = (deviation.overcut_max_mm, deviation.tolerance.overcut);
+        let line = part.worst_overcut.and_then(|m| m.touch).map_or(0, |t| place(motion, t.when).0);
+        let least = least(value, settings.window.inward);
+        reasons.push(format!("line {line}: overcut is {least}{value:.4} mm, {limit} mm are allowed"));
+    }
+    if deviation.uncut_share > 0.0 || part.worst_undercut.is_some_and(|m| m.touch.is_none()) {
+        let percent = 100.0 * deviation.uncut_share;
+        reasons.push(format!("no pass comes within {} mm of {percent:.3} % of the part", settings.window.outward));
+    } else if deviation.undercut_max_mm > deviation.tolerance.undercut + ROUNDING {
+        let (value, limit) = (deviation.undercut_max_mm, deviation.tolerance.undercut);
+        let at = part.worst_undercut.map(|m| m.sample.point).unwrap_or_default();
+        reasons.push(format!(
+            "undercut is {value:.4} mm at ({:.3}, {:.3}, {:.3}), {limit} mm are allowed",
+            at.x, at.y, at.z
+        ));
+    }
+}

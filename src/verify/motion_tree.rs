@@ -1,0 +1,241 @@
+//! The tool's motion in time as a tree: each node is a stretch of time with a pose, a linear motion about it, and a bound
+//! on how far the true motion leaves that. Uses `geometry`, `motion` and `simulate`.
+
+use super::body::Body;
+use crate::geometry::Vector;
+use crate::motion::Pose;
+use crate::simulate::{Segment, SegmentKind, ToolMotion};
+
+/// A motion in blocks, each exact between its ends: what the verifier asks of a program.
+pub trait BlockMotion: Sync {
+    /// Number of blocks, in order of time.
+    fn blocks(&self) -> usize;
+
+    /// Tool pose at `share` (0 to 1) of a block, part frame.
+    fn pose(&self, block: usize, share: f64) -> Pose;
+
+    /// Bound on how far the axis point at `height` mm above the tip leaves the straight chord between its places at the
+    /// shares `from` and `to` of a block, mm; convex in `height`.
+    fn chord_bound(&self, block: usize, from: f64, to: f64, height: f64) -> f64;
+
+    /// True where the block moves as fast as the machine can.
+    fn is_rapid(&self, block: usize) -> bool;
+}
+
+impl BlockMotion for ToolMotion {
+    fn blocks(&self) -> usize {
+        self.segments().len()
+    }
+
+    fn pose(&self, block: usize, share: f64) -> Pose {
+        self.pose(&self.segments()[block], share)
+    }
+
+    fn chord_bound(&self, block: usize, from: f64, to: f64, height: f64) -> f64 {
+        self.chord_bound(&self.segments()[block], from, to, height)
+    }
+
+    fn is_rapid(&self, block: usize) -> bool {
+        let Segment { kind, .. } = self.segments()[block];
+        kind == SegmentKind::Rapid
+    }
+}
+
+/// A place in time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Instant {
+    /// Index of the block.
+    pub block: usize,
+    /// Share of its way, 0 to 1.
+    pub share: f64,
+}
+
+/// Motion about a pose: at tau in [-1, 1] the tip is `pose.tip + tau tip_rate` and the axis `pose.axis + tau axis_rate`,
+/// but for an error bounded at the tip and at the reference height.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Linear {
+    pub(super) pose: Pose,
+    pub(super) tip_rate: Vector,
+    pub(super) axis_rate: Vector,
+    pub(super) tip_error: f64,
+    pub(super) top_error: f64,
+}
+
+/// A stretch of one block with its linear motion.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Stretch {
+    pub(super) block: u32,
+    pub(super) from: f64,
+    pub(super) to: f64,
+    pub(super) linear: Linear,
+}
+
+/// A node: a leaf has one stretch; otherwise the children are the next node and `right`.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Node {
+    pub(super) stretch: Stretch,
+    /// First and one past the last block.
+    pub(super) blocks: (u32, u32),
+    /// Index of the second child; 0 in a leaf.
+    pub(super) right: u32,
+}
+
+/// The tree over some of the blocks of a motion. The first node is the root; empty when there are no blocks.
+#[derive(Clone, Debug, Default)]
+pub(super) struct MotionTree {
+    pub(super) nodes: Vec<Node>,
+    /// Height at which `top_error` holds, mm.
+    pub(super) reference: f64,
+}
+
+/// A box along the axes of the part frame.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Bounds {
+    pub(super) low: Vector,
+    pub(super) high: Vector,
+}
+
+impl Linear {
+    /// The tip and the axis direction at tau.
+    fn at(&self, tau: f64) -> (Vector, Vector) {
+        (self.pose.tip.coords + self.tip_rate * tau, self.pose.axis.into_inner() + self.axis_rate * tau)
+    }
+
+    /// Bound on the error of the axis point at `height`: the error is affine along the axis, its norm convex.
+    pub(super) fn error_at(&self, height: f64, reference: f64) -> f64 {
+        let share = height / reference;
+        (1.0 - share).abs() * self.tip_error + share.abs() * self.top_error
+    }
+
+    /// Bound on the error of the axis direction.
+    pub(super) fn axis_error(&self, reference: f64) -> f64 {
+        (self.tip_error + self.top_error) / reference
+    }
+}
+
+impl Stretch {
+    /// Linear motion between two shares of a block, with the block's own bound.
+    pub(super) fn new(motion: &impl BlockMotion, block: usize, from: f64, to: f64, reference: f64) -> Self {
+        let (first, last) = (motion.pose(block, from), motion.pose(block, to));
+        let pose = motion.pose(block, 0.5 * (from + to));
+        let tip_rate = (last.tip - first.tip) * 0.5;
+        let axis_rate = (last.axis.into_inner() - first.axis.into_inner()) * 0.5;
+        // The model runs parallel to the chord, through the middle pose; both may lie off the chord.
+        let off = |height: f64| {
+            let middle = (first.at_height(height).coords + last.at_height(height).coords) * 0.5;
+            (pose.at_height(height).coords - middle).norm() + motion.chord_bound(block, from, to, height)
+        };
+        let linear = Linear { pose, tip_rate, axis_rate, tip_error: off(0.0), top_error: off(reference) };
+        Self { block: block as u32, from, to, linear }
+    }
+
+    pub(super) fn middle(&self) -> Instant {
+        Instant { block: self.block as usize, share: 0.5 * (self.from + self.to) }
+    }
+}
+
+impl MotionTree {
+    /// Gathers the blocks that `wanted` picks. Blocks whose chords are off by more than `sag` mm are split, up to
+    /// `MOST_PARTS` parts; what is left is split where it matters, on the way.
+    pub(super) fn new(motion: &impl BlockMotion, reference: f64, sag: f64, wanted: impl Fn(usize) -> bool) -> Self {
+        const MOST_PARTS: f64 = 8.0;
+        let mut leaves = Vec::new();
+        for block in (0..motion.blocks()).filter(|b| wanted(*b)) {
+            let bound =
+                [0.0, reference].map(|h| motion.chord_bound(block, 0.0, 1.0, h)).into_iter().fold(0.0, f64::max);
+            let parts = (bound / sag).sqrt().ceil().clamp(1.0, MOST_PARTS);
+            for part in 0..parts as usize {
+                let share = |k: usize| k as f64 / parts;
+                leaves.push(Stretch::new(motion, block, share(part), share(part + 1), reference));
+            }
+        }
+        let mut tree = Self { nodes: Vec::with_capacity(2 * leaves.len()), reference };
+        if !leaves.is_empty() {
+            tree.grow(&leaves);
+        }
+        tree
+    }
+
+    fn grow(&mut self, leaves: &[Stretch]) {
+        let index = self.nodes.len();
+        let blocks = (leaves[0].block, leaves[leaves.len() - 1].block + 1);
+        if let [leaf] = leaves {
+            self.nodes.push(Node { stretch: *leaf, blocks, right: 0 });
+            return;
+        }
+        let stretch = join(leaves, self.reference);
+        self.nodes.push(Node { stretch, blocks, right: 0 });
+        let (left, right) = leaves.split_at(leaves.len() / 2);
+        self.grow(left);
+        self.nodes[index].right = self.nodes.len() as u32;
+        self.grow(right);
+    }
+
+    /// For every node a box that holds what the body sweeps.
+    pub(super) fn boxes(&self, body: &Body) -> Vec<Bounds> {
+        let mut boxes = vec![Bounds { low: Vector::zeros(), high: Vector::zeros() }; self.nodes.len()];
+        for (index, node) in self.nodes.iter().enumerate().rev() {
+            boxes[index] = if node.right == 0 {
+                swept_box(&node.stretch.linear, body, self.reference)
+            } else {
+                boxes[index + 1].union(&boxes[node.right as usize])
+            };
+        }
+        boxes
+    }
+}
+
+impl Bounds {
+    fn union(&self, other: &Self) -> Self {
+        Self { low: self.low.inf(&other.low), high: self.high.sup(&other.high) }
+    }
+
+    /// True where a box around the segment between two points misses this box.
+    pub(super) fn misses(&self, a: &Vector, b: &Vector) -> bool {
+        (0..3).any(|i| a[i].max(b[i]) < self.low[i] || a[i].min(b[i]) > self.high[i])
+    }
+}
+
+fn swept_box(linear: &Linear, body: &Body, reference: f64) -> Bounds {
+    let mut bounds = Bounds { low: Vector::repeat(f64::INFINITY), high: Vector::repeat(f64::NEG_INFINITY) };
+    for height in [body.heights.0, body.heights.1] {
+        // A disc of radius R about the axis d reaches R sqrt(1 - d_i^2) along coordinate i; R is enough.
+        let margin = Vector::repeat(body.radius + linear.error_at(height, reference));
+        for tau in [-1.0, 1.0] {
+            let (tip, axis) = linear.at(tau);
+            let point = tip + axis * height;
+            bounds = bounds.union(&Bounds { low: point - margin, high: point + margin });
+        }
+    }
+    bounds
+}
+
+/// One linear motion for several stretches, about the middle pose of the middle one.
+///
+/// Each end of a stretch's chord is laid at the tau of its foot on the joint motion of tip and reference point; between
+/// the ends of a chord the error is at most that of the worse end, so the bound holds for the chords, and the stretches'
+/// own errors are added.
+fn join(leaves: &[Stretch], reference: f64) -> Stretch {
+    let middle = &leaves[leaves.len() / 2];
+    let (first, last) = (&leaves[0], &leaves[leaves.len() - 1]);
+    let pose = middle.linear.pose;
+    let ends = (first.linear.at(-1.0), last.linear.at(1.0));
+    let tip_rate = (ends.1.0 - ends.0.0) * 0.5;
+    let axis_rate = (ends.1.1 - ends.0.1) * 0.5;
+    let top_rate = tip_rate + axis_rate * reference;
+    let square = tip_rate.norm_squared() + top_rate.norm_squared();
+    let mut linear = Linear { pose, tip_rate, axis_rate, tip_error: 0.0, top_error: 0.0 };
+    for leaf in leaves {
+        for end in [-1.0, 1.0] {
+            let (tip, axis) = leaf.linear.at(end);
+            let tip_off = tip - pose.tip.coords;
+            let top_off = tip_off + (axis - pose.axis.into_inner()) * reference;
+            let along = tip_off.dot(&tip_rate) + top_off.dot(&top_rate);
+            let tau = if square > 0.0 { (along / square).clamp(-1.0, 1.0) } else { 0.0 };
+            let error = |off: Vector, rate: Vector, own: f64| (off - rate * tau).norm() + own;
+            linear.tip_error = linear.tip_error.max(error(tip_off, tip_rate, leaf.linear.tip_error));
+            linear.top_error = linear.top_error.max(error(top_off, top_rate, leaf.linear.top_error));
+        }
+    }
+    Stretch { block: middle.block, from: middle.from, to: middle.to, linear }
+}

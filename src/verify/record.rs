@@ -1,0 +1,157 @@
+//! The record of a verification, as it is written to `verify.json`. Uses `simulate` for limits.
+
+use crate::simulate::LimitViolation;
+use serde::ser::SerializeMap;
+use serde::{Serialize, Serializer};
+
+/// Pass or fail.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Verdict {
+    /// Within tolerance and limits, everywhere on the region.
+    Pass,
+    /// Not so, or not known: the reasons say.
+    Fail,
+}
+
+/// Everything measured, in the order of the file. Lengths mm, times s, angles degrees.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Verification {
+    /// `regulus-verify`.
+    pub format: &'static str,
+    /// 1.
+    pub version: u32,
+    /// The verdict.
+    pub verdict: Verdict,
+    /// Why it fails, one sentence each; empty for a pass.
+    pub reasons: Vec<String>,
+    /// Swept tool against the part.
+    pub deviation: DeviationRecord,
+    /// How strips meet.
+    pub strips: StripsRecord,
+    /// The program's size.
+    pub program: ProgramRecord,
+    /// Program against tool path; null without one.
+    pub round_trip: Option<RoundTripRecord>,
+    /// What each axis does, under its letter, in the machine's order.
+    #[serde(serialize_with = "by_letter")]
+    pub axes: Vec<(char, AxisRecord)>,
+    /// Limits passed, in the order of the program.
+    pub limits: Vec<LimitViolation>,
+    /// The tool where it must not be, in the order of time.
+    pub collisions: Vec<CollisionRecord>,
+}
+
+/// Deviation of the part's whole given region.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct DeviationRecord {
+    /// Largest depth removed below the surface; at least this where it equals the window.
+    pub overcut_max_mm: f64,
+    /// Largest height left above the surface; at least this where it equals the window.
+    pub undercut_max_mm: f64,
+    /// Share of the area within both tolerances.
+    pub within_tolerance_share: f64,
+    /// What is allowed.
+    pub tolerance: ToleranceRecord,
+    /// Samples measured, those between the grid's included.
+    pub samples: usize,
+    /// Guaranteed upper bound of the overcut; null where none was computed.
+    pub overcut_bound_mm: Option<f64>,
+    /// Guaranteed upper bound of the undercut; null where none was computed.
+    pub undercut_bound_mm: Option<f64>,
+    /// Share of the area that no pass reaches.
+    pub uncut_share: f64,
+    /// How far along the normals the tool was looked for.
+    pub window_mm: f64,
+    /// Distance from the region's edge within which nothing is claimed.
+    pub border_mm: f64,
+}
+
+/// What is allowed.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct ToleranceRecord {
+    /// Material that may be missing below the surface, mm.
+    pub overcut: f64,
+    /// Material that may be left above it, mm.
+    pub undercut: f64,
+}
+
+/// How strips meet.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct StripsRecord {
+    /// Passes that cut some of the part.
+    pub count: usize,
+    /// Largest angle between neighbouring strips at their seam.
+    pub kink_max_deg: f64,
+    /// Its mean along the seams.
+    pub kink_mean_deg: f64,
+    /// Largest step at a seam, along the part's normal.
+    pub gap_max_mm: f64,
+}
+
+/// The program's size.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct ProgramRecord {
+    /// Moves.
+    pub blocks: usize,
+    /// From the first move to the last.
+    pub duration_s: f64,
+    /// Way of the tip at feed.
+    pub cut_length_mm: f64,
+    /// One over the duration of the shortest feed move.
+    pub max_block_rate_hz: f64,
+}
+
+/// Program against tool path.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct RoundTripRecord {
+    /// Largest distance of the tips.
+    pub tip_max_mm: f64,
+    /// Largest angle between the axes.
+    pub axis_max_deg: f64,
+}
+
+/// One axis. Linear axes mm and s, rotary axes degrees and s.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct AxisRecord {
+    /// Lowest position.
+    pub min: f64,
+    /// Highest position.
+    pub max: f64,
+    /// Length of its way there and back.
+    pub travel: f64,
+    /// Highest speed at feed.
+    pub max_rate: f64,
+    /// Highest acceleration at feed.
+    pub max_accel: f64,
+}
+
+/// The tool where it must not be.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct CollisionRecord {
+    /// Line of the program, from 1.
+    pub line: usize,
+    /// When it is deepest.
+    pub time_s: f64,
+    /// What moves.
+    pub body_a: String,
+    /// What it runs into.
+    pub body_b: String,
+    /// How deep.
+    pub depth_mm: f64,
+}
+
+fn by_letter<S: Serializer>(axes: &[(char, AxisRecord)], serializer: S) -> Result<S::Ok, S::Error> {
+    let mut map = serializer.serialize_map(Some(axes.len()))?;
+    for (letter, record) in axes {
+        map.serialize_entry(letter, record)?;
+    }
+    map.end()
+}
+
+impl Verification {
+    /// The text of `verify.json`, ending in a line break.
+    pub fn to_json(&self) -> Result<String, serde_json::Error> {
+        serde_json::to_string_pretty(self).map(|text| text + "\n")
+    }
+}

@@ -1,0 +1,130 @@
+//! Which pass cut what, and how neighbouring strips meet. Uses `part`, `motion` and the other files of this module.
+
+use super::deviation::{MeasuredSample, PartDeviation, ray_of};
+use super::motion_tree::BlockMotion;
+use super::sweep::Sweep;
+use crate::motion::pose::angle_between;
+use crate::part::DesignSurface;
+use rayon::prelude::*;
+use std::collections::BTreeSet;
+
+/// Seam crossings measured at most; beyond that every k-th.
+const MOST_CROSSINGS: usize = 2000;
+
+/// Halvings of a grid edge towards the seam that crosses it.
+const HALVINGS: usize = 14;
+
+/// Uninterrupted feed moves: run 0 up to the first rapid, and so on.
+#[derive(Clone, Debug)]
+pub struct Runs {
+    of_block: Vec<Option<u32>>,
+}
+
+impl Runs {
+    /// Counts the runs of a motion.
+    pub fn of(motion: &impl BlockMotion) -> Self {
+        let (mut run, mut broken) = (0, false);
+        let of_block = (0..motion.blocks())
+            .map(|block| {
+                if motion.is_rapid(block) {
+                    broken = true;
+                    return None;
+                }
+                if std::mem::take(&mut broken) && block > 0 {
+                    run += 1;
+                }
+                Some(run)
+            })
+            .collect();
+        Self { of_block }
+    }
+
+    /// The run of a block; `None` for a rapid.
+    pub fn of_block(&self, block: usize) -> Option<u32> {
+        self.of_block.get(block).copied().flatten()
+    }
+
+    /// The run that cut a sample.
+    pub fn owner(&self, sample: &MeasuredSample) -> Option<u32> {
+        sample.touch.and_then(|t| self.of_block(t.when.block))
+    }
+}
+
+/// How neighbouring strips meet.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Seams {
+    /// Runs that cut some of the part.
+    pub strips: usize,
+    /// Largest angle between the tool's tangent planes on either side of a seam, degrees.
+    pub kink_max_deg: f64,
+    /// Mean over the crossings of the grid's edges with the seams, degrees.
+    pub kink_mean_deg: f64,
+    /// Largest step between the strips at a seam, along the part's normal, mm.
+    pub gap_max: f64,
+}
+
+/// Finds and measures the seams.
+pub(super) fn seams<M: BlockMotion>(
+    surface: &DesignSurface,
+    sweep: &Sweep<'_, M>,
+    part: &PartDeviation,
+    runs: &Runs,
+) -> Seams {
+    let owners: Vec<Option<u32>> = part.samples.iter().map(|s| runs.owner(s)).collect();
+    let strips = owners.iter().flatten().collect::<BTreeSet<_>>().len();
+    let mut crossings = Vec::new();
+    for triangle in &part.triangles {
+        for k in 0..3 {
+            let (a, b) = (triangle[k] as usize, triangle[(k + 1) % 3] as usize);
+            // Inner edges belong to two triangles, once in each direction.
+            if a < b && owners[a].is_some() && owners[b].is_some() && owners[a] != owners[b] {
+                crossings.push((triangle, k));
+            }
+        }
+    }
+    let stride = crossings.len().div_ceil(MOST_CROSSINGS).max(1);
+    let picked: Vec<_> = crossings.into_iter().step_by(stride).collect();
+    let measured: Vec<Option<(f64, f64)>> =
+        picked.par_iter().map(|(triangle, k)| crossing(surface, sweep, part, runs, triangle, *k)).collect();
+    let found: Vec<(f64, f64)> = measured.into_iter().flatten().collect();
+    let kinks = || found.iter().map(|f| f.0.to_degrees());
+    Seams {
+        strips,
+        kink_max_deg: kinks().fold(0.0, f64::max),
+        kink_mean_deg: kinks().sum::<f64>() / found.len().max(1) as f64,
+        gap_max: found.iter().map(|f| f.1).fold(0.0, f64::max),
+    }
+}
+
+/// Kink, radians, and step, mm, where a seam crosses one edge of a triangle; none where what lies beyond is not a strip.
+fn crossing<M: BlockMotion>(
+    surface: &DesignSurface,
+    sweep: &Sweep<'_, M>,
+    part: &PartDeviation,
+    runs: &Runs,
+    triangle: &[u32; 3],
+    edge: usize,
+) -> Option<(f64, f64)> {
+    let corners = triangle.map(|v| &part.samples[v as usize].sample);
+    let mut near = part.samples[triangle[edge] as usize];
+    let mut far = part.samples[triangle[(edge + 1) % 3] as usize];
+    let owner = runs.owner(&near)?;
+    let (mut low, mut high) = (0.0, 1.0);
+    for _ in 0..HALVINGS {
+        let middle: f64 = 0.5 * (low + high);
+        let mut weights = [0.0; 3];
+        weights[edge] = 1.0 - middle;
+        weights[(edge + 1) % 3] = middle;
+        let sample = surface.between(corners, weights);
+        let hint = near.touch.map(|t| t.when);
+        let found = MeasuredSample { sample, touch: sweep.lowest(&ray_of(&sample), hint, f64::INFINITY) };
+        if runs.owner(&found) == Some(owner) {
+            (near, low) = (found, middle);
+        } else {
+            (far, high) = (found, middle);
+        }
+    }
+    let (a, b) = (near.touch?, far.touch?);
+    runs.owner(&far)?;
+    Some((angle_between(&a.tool_normal, &b.tool_normal), (a.depth - b.depth).abs()))
+}

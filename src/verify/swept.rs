@@ -1,0 +1,400 @@
+//! How deep a moving tool reaches on a normal of the part: the exact minimum over all poses, by branch and bound in
+//! time. Uses `geometry`, `motion` and the other files of this module.
+//!
+//! For a sample x with normal n the tool at time t holds some of the points x + lambda n; the smallest lambda over all
+//! times is what is left of the material. To show that a stretch of time does not reach below a depth b already found,
+//! take one pose of the stretch and a plane that separates the tool there from the ray's part below b. The plane rides
+//! with the tool. Its distance g from a point y of the ray is `m(t).(y - c(t)) + const` for every point c of the tool's
+//! axis; with d the axis, e the radial direction of the plane's normal m = mu d + nu e, and delta the change of d,
+//!
+//! `g(t) = g - m.(c(t) - c) + (mu delta - nu (e.delta) d).(y - c) + R`,
+//! `|R| <= |nu| |delta|^2 / 2 |y - c| + |delta| |c(t) - c|`
+//!
+//! (the turn that takes d to d + delta by the shortest way; a turn about the axis changes nothing). With the linear
+//! motion of a stretch and its error bounds this is a lower bound of g over the stretch. It is of second order: where
+//! the tool slides along the part, long stretches are settled by one pose. A hollow piece has no support plane but a
+//! tangent sphere, which costs |y - s|^2 / 2a more.
+
+use super::body::{Body, Piece};
+use super::motion_tree::{BlockMotion, Bounds, Instant, Linear, MotionTree, Stretch};
+use super::ray::{Entry, LocalRay, NormalRay};
+use crate::geometry::{Direction, Vector};
+use crate::motion::Pose;
+
+/// How far along a normal the tool is looked for, mm.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Window {
+    /// Into the material; a tool that reaches deeper is reported at this depth.
+    pub inward: f64,
+    /// Out of the material; where no tool comes nearer the sample is uncut.
+    pub outward: f64,
+}
+
+/// The lowest point that the tool reaches on a normal.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Touch {
+    /// lambda, mm: positive where material is left, negative where the tool cut too deep.
+    pub depth: f64,
+    /// When.
+    pub when: Instant,
+    /// Outward unit normal of the tool where it is touched, part frame.
+    pub tool_normal: Direction,
+}
+
+/// A body (flutes, or shank and holder) moved through some blocks of a motion.
+pub(super) struct SweptTool<'a, M> {
+    motion: &'a M,
+    tree: &'a MotionTree,
+    body: &'a Body,
+    boxes: Vec<Bounds>,
+    window: Window,
+    /// Depth below which no difference is looked for, mm.
+    resolution: f64,
+}
+
+/// What is asked of a sweep beside the ray.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Query {
+    /// A time that is likely to be good; it only saves work.
+    pub(super) hint: Option<Instant>,
+    /// Only blocks before this one count.
+    pub(super) end: usize,
+    /// Only depths below this one count, mm.
+    pub(super) limit: f64,
+}
+
+/// Work still to do: a node, or part of a block that a leaf was too coarse for.
+#[derive(Clone, Copy)]
+enum Task {
+    Node(u32),
+    Part(Stretch),
+}
+
+/// What one pose and its planes say of a stretch.
+enum Verdict {
+    /// No pose of the stretch reaches below the depth.
+    Clear,
+    /// The tool at the stretch's own pose does.
+    Deeper(Entry),
+    /// Not settled; the lower the number, the more likely the stretch reaches deeper.
+    Open(f64),
+}
+
+impl<'a, M: BlockMotion> SweptTool<'a, M> {
+    pub(super) fn new(motion: &'a M, tree: &'a MotionTree, body: &'a Body, window: Window, resolution: f64) -> Self {
+        Self { motion, tree, body, boxes: tree.boxes(body), window, resolution }
+    }
+
+    /// The lowest point reached; `None` where no block that counts comes below the limit.
+    pub(super) fn lowest(&self, ray: &NormalRay, query: &Query) -> Option<Touch> {
+        if self.tree.nodes.is_empty() {
+            return None;
+        }
+        let hinted = query.hint.filter(|h| h.block < query.end).and_then(|when| self.at(ray, when));
+        let mut best = hinted.filter(|touch| touch.depth < query.limit);
+        let mut stack = vec![(Task::Node(0), f64::NEG_INFINITY)];
+        while let Some((task, _)) = stack.pop() {
+            if self.goal(query, best.as_ref()) <= -self.window.inward {
+                break;
+            }
+            match task {
+                Task::Node(index) => self.visit_node(ray, index, query, &mut best, &mut stack),
+                Task::Part(part) => self.visit_part(ray, part, query, &mut best, &mut stack),
+            }
+        }
+        best
+    }
+
+    /// The depth that a stretch must go below to matter.
+    fn goal(&self, query: &Query, best: Option<&Touch>) -> f64 {
+        best.map_or(query.limit.min(self.window.outward), |b| b.depth - self.resolution)
+    }
+
+    fn visit_node(
+        &self,
+        ray: &NormalRay,
+        index: u32,
+        query: &Query,
+        best: &mut Option<Touch>,
+        stack: &mut Vec<(Task, f64)>,
+    ) {
+        let node = &self.tree.nodes[index as usize];
+        if node.blocks.0 as usize >= query.end {
+            return;
+        }
+        if node.right == 0 {
+            return self.visit_part(ray, node.stretch, query, best, stack);
+        }
+        let mut children =
+            [index + 1, node.right].map(|child| (Task::Node(child), self.promise(ray, child, query, best)));
+        // The more promising child goes on top of the stack.
+        if children[0].1 < children[1].1 {
+            children.swap(0, 1);
+        }
+        stack.extend(children.into_iter().filter(|c| c.1 < f64::INFINITY));
+    }
+
+    /// How likely a node reaches deeper: infinite when it certainly does not.
+    fn promise(&self, ray: &NormalRay, index: u32, query: &Query, best: &mut Option<Touch>) -> f64 {
+        let goal = self.goal(query, best.as_ref());
+        let at = |lambda: f64| ray.origin.coords + ray.normal.into_inner() * lambda;
+        if self.boxes[index as usize].misses(&at(-self.window.inward), &at(goal)) {
+            return f64::INFINITY;
+        }
+        let node = &self.tree.nodes[index as usize];
+        let stretch = &node.stretch;
+        if stretch.block as usize >= query.end {
+            return 0.0;
+        }
+        match self.judge(ray, &stretch.linear, goal) {
+            Verdict::Clear => f64::INFINITY,
+            Verdict::Open(promise) => promise,
+            Verdict::Deeper(entry) => {
+                *best = Some(touch(ray, &stretch.linear.pose, stretch.middle(), &entry));
+                f64::NEG_INFINITY
+            }
+        }
+    }
+
+    fn visit_part(
+        &self,
+        ray: &NormalRay,
+        part: Stretch,
+        query: &Query,
+        best: &mut Option<Touch>,
+        stack: &mut Vec<(Task, f64)>,
+    ) {
+        match self.judge(ray, &part.linear, self.goal(query, best.as_ref())) {
+            Verdict::Clear => return,
+            Verdict::Open(_) => {}
+            Verdict::Deeper(entry) => {
+                let found = touch(ray, &part.linear.pose, part.middle(), &entry);
+                *best = Some(self.settle(ray, query, found));
+                stack.push((Task::Part(part), 0.0));
+                return;
+            }
+        }
+        let middle = 0.5 * (part.from + part.to);
+        if middle <= part.from || middle >= part.to || part.to - part.from < 1e-9 {
+            return;
+        }
+        for (from, to) in [(part.from, middle), (middle, part.to)] {
+            let half = Stretch::new(self.motion, part.block as usize, from, to, self.tree.reference);
+            stack.push((Task::Part(half), 0.0));
+        }
+    }
+
+    /// The lowest point of the tool at one instant.
+    pub(super) fn at(&self, ray: &NormalRay, when: Instant) -> Option<Touch> {
+        let pose = self.motion.pose(when.block, when.share);
+        let entry = self.body.entry(&LocalRay::new(ray, &pose), -self.window.inward, self.window.outward)?;
+        Some(touch(ray, &pose, when, &entry))
+    }
+
+    /// Tests a stretch against the ray's part from the bottom of the window up to `goal`.
+    fn judge(&self, ray: &NormalRay, linear: &Linear, goal: f64) -> Verdict {
+        let local = LocalRay::new(ray, &linear.pose);
+        let mut promise = f64::INFINITY;
+        for piece in &self.body.pieces {
+            match self.judge_piece(ray, &local, linear, piece, goal) {
+                Verdict::Clear => {}
+                Verdict::Open(value) => promise = promise.min(value),
+                Verdict::Deeper(entry) => {
+                    // Another piece may be entered lower still.
+                    let lowest = self.body.entry(&local, -self.window.inward, entry.lambda);
+                    return Verdict::Deeper(lowest.unwrap_or(entry));
+                }
+            }
+        }
+        if promise < f64::INFINITY { Verdict::Open(promise) } else { Verdict::Clear }
+    }
+
+    fn judge_piece(&self, ray: &NormalRay, local: &LocalRay, linear: &Linear, piece: &Piece, goal: f64) -> Verdict {
+        let bottom = -self.window.inward;
+        // The distance from a convex piece is convex along the ray: walk to where it is smallest, or until a plane
+        // separates. The upper end is nearly always that place.
+        let (mut low, mut high, mut lambda) = (bottom, goal, goal);
+        let mut promise = f64::INFINITY;
+        for _ in 0..40 {
+            let Some(nearest) = piece.nearest(local.height(lambda), local.radius(lambda)) else {
+                return match piece.entry(local, bottom, lambda) {
+                    Some(entry) => Verdict::Deeper(entry),
+                    None => Verdict::Open(0.0),
+                };
+            };
+            let plane = Plane::new(ray, local, linear, lambda, &nearest);
+            let value = plane.lowest(ray, linear, piece, (bottom, goal), self.tree.reference);
+            if value > -0.1 * self.resolution {
+                return Verdict::Clear;
+            }
+            promise = promise.min(value);
+            let slope = plane.normal.dot(&ray.normal);
+            let separates = plane.distance(ray, bottom).min(plane.distance(ray, goal)) > 0.0;
+            if separates || slope == 0.0 || (slope < 0.0 && lambda == goal) || (slope > 0.0 && lambda == bottom) {
+                break;
+            }
+            if slope > 0.0 {
+                high = lambda;
+            } else {
+                low = lambda;
+            }
+            lambda = if lambda == goal && low == bottom { bottom } else { 0.5 * (low + high) };
+        }
+        Verdict::Open(promise)
+    }
+
+    /// Follows the depth downhill in time from a touch: successive parabolas within a block, then on into the
+    /// neighbouring blocks while the minimum lies at an end.
+    fn settle(&self, ray: &NormalRay, query: &Query, start: Touch) -> Touch {
+        let mut best = start;
+        for _ in 0..self.tree.nodes.len() {
+            let inside = self.settle_in_block(ray, best);
+            let block = inside.when.block;
+            best = inside;
+            let next = if inside.when.share >= 1.0 - 1e-6 {
+                Instant { block: block + 1, share: 0.0 }
+            } else if inside.when.share <= 1e-6 && block > 0 {
+                Instant { block: block - 1, share: 1.0 }
+            } else {
+                break;
+            };
+            let same_kind = next.block < self.motion.blocks().min(query.end)
+                && self.motion.is_rapid(next.block) == self.motion.is_rapid(block);
+            if !same_kind {
+                break;
+            }
+            let inward = if next.share == 0.0 { 1e-3 } else { 1.0 - 1e-3 };
+            match self.at(ray, Instant { block: next.block, share: inward }) {
+                Some(touch) if touch.depth < best.depth => best = touch,
+                _ => break,
+            }
+        }
+        best
+    }
+
+    fn settle_in_block(&self, ray: &NormalRay, start: Touch) -> Touch {
+        let depth = |share: f64| -> Option<Touch> { self.at(ray, Instant { block: start.when.block, share }) };
+        let mut best = start;
+        let mut step: f64 = 0.25;
+        for _ in 0..60 {
+            let share = best.when.share;
+            let (before, after) = ((share - step).max(0.0), (share + step).min(1.0));
+            let (a, b) = (depth(before), depth(after));
+            let proposal = match (&a, &b) {
+                (Some(a), Some(b)) => vertex((before, a.depth), (share, best.depth), (after, b.depth)),
+                _ => None,
+            };
+            let tried = proposal.and_then(|p| depth(p.clamp(0.0, 1.0)));
+            let found = [a, b, tried].into_iter().flatten().fold(best, |x, y| if y.depth < x.depth { y } else { x });
+            let (gain, moved) = (best.depth - found.depth, (found.when.share - share).abs());
+            best = found;
+            if gain < SETTLED && step < 0.02 {
+                break;
+            }
+            step = if moved >= step { step } else { (step * 0.1).max(2.0 * moved.min(0.05)).min(step * 0.5) };
+            if step < 1e-9 {
+                break;
+            }
+        }
+        best
+    }
+}
+
+/// Change of depth below which a minimum is settled, mm.
+const SETTLED: f64 = 1e-10;
+
+/// Where the parabola through three points has its minimum.
+fn vertex(a: (f64, f64), b: (f64, f64), c: (f64, f64)) -> Option<f64> {
+    let (left, right) = (b.0 - a.0, c.0 - b.0);
+    if left <= 0.0 || right <= 0.0 {
+        return None;
+    }
+    let (slope_left, slope_right) = ((b.1 - a.1) / left, (c.1 - b.1) / right);
+    let bend = (slope_right - slope_left) / (0.5 * (left + right));
+    // Slope at b, from the parabola.
+    let slope = (slope_left * right + slope_right * left) / (left + right);
+    (bend > 0.0).then(|| b.0 - slope / bend)
+}
+
+fn touch(ray: &NormalRay, pose: &Pose, when: Instant, entry: &Entry) -> Touch {
+    let axis = pose.axis.into_inner();
+    let radial = radial_direction(ray, pose, entry.lambda, entry.height);
+    Touch {
+        depth: entry.lambda,
+        when,
+        tool_normal: Direction::new_normalize(axis * entry.axial + radial * entry.radial),
+    }
+}
+
+/// Unit vector from the axis to a point of the ray, square to the axis; zero on the axis.
+fn radial_direction(ray: &NormalRay, pose: &Pose, lambda: f64, height: f64) -> Vector {
+    let point = ray.origin.coords + ray.normal.into_inner() * lambda;
+    let out = point - pose.at_height(height).coords;
+    let length = out.norm();
+    if length > 0.0 { out / length } else { Vector::zeros() }
+}
+
+/// A plane that touches a piece from outside and rides with the tool.
+struct Plane {
+    /// Unit normal, out of the tool.
+    normal: Vector,
+    /// Its parts along the axis and square to it.
+    axial: f64,
+    radial: f64,
+    /// Unit radial direction.
+    out: Vector,
+    /// Where it touches.
+    foot: Vector,
+    /// Height of the axis point about which the motion is expanded: where the normal meets the axis, if near.
+    pivot: f64,
+}
+
+impl Plane {
+    fn new(ray: &NormalRay, local: &LocalRay, linear: &Linear, lambda: f64, nearest: &super::body::Nearest) -> Self {
+        let axis = linear.pose.axis.into_inner();
+        let out = radial_direction(ray, &linear.pose, lambda, local.height(lambda));
+        let foot = linear.pose.at_height(nearest.height).coords + out * nearest.radius;
+        let pivot = if nearest.radial > 0.2 {
+            nearest.height - nearest.radius * nearest.axial / nearest.radial
+        } else {
+            nearest.height
+        };
+        let normal = axis * nearest.axial + out * nearest.radial;
+        Self { normal, axial: nearest.axial, radial: nearest.radial, out, foot, pivot }
+    }
+
+    /// Distance of a point of the ray from the plane.
+    fn distance(&self, ray: &NormalRay, lambda: f64) -> f64 {
+        self.normal.dot(&(ray.origin.coords + ray.normal.into_inner() * lambda - self.foot))
+    }
+
+    /// Lower bound, over the stretch and over the ray between two lambdas, of the distance of the ray from the plane
+    /// (from the tangent sphere for hollow pieces).
+    fn lowest(&self, ray: &NormalRay, linear: &Linear, piece: &Piece, ends: (f64, f64), reference: f64) -> f64 {
+        let axis = linear.pose.axis.into_inner();
+        let centre = linear.pose.at_height(self.pivot).coords;
+        let centre_rate = linear.tip_rate + linear.axis_rate * self.pivot;
+        let normal_rate = linear.axis_rate * self.axial - axis * (self.radial * self.out.dot(&linear.axis_rate));
+        let centre_error = linear.error_at(self.pivot, reference);
+        let axis_error = linear.axis_error(reference);
+        let turn = linear.axis_rate.norm() + axis_error;
+        let travel = centre_rate.norm() + centre_error;
+        let normal_error = std::f64::consts::SQRT_2 * axis_error + 0.5 * self.radial.abs() * turn * turn;
+        let mut lowest = f64::INFINITY;
+        for lambda in [ends.0, ends.1] {
+            let point = ray.origin.coords + ray.normal.into_inner() * lambda;
+            let lever = point - centre;
+            let arm = lever.norm();
+            let linear_part = (normal_rate.dot(&lever) - self.normal.dot(&centre_rate)).abs();
+            let mut value = self.normal.dot(&(point - self.foot))
+                - linear_part
+                - (centre_error + normal_error * arm + turn * travel);
+            if piece.clear_radius.is_finite() {
+                let away = (point - self.foot).norm() + travel + turn * arm;
+                value -= away * away / (2.0 * piece.clear_radius);
+            }
+            lowest = lowest.min(value);
+        }
+        lowest
+    }
+}

@@ -1,0 +1,5 @@
+//! Closed forms for the swept tool: each is independent of the method under test.
+
+mod closed_forms;
+mod fixtures;
+mod search;

@@ -1,0 +1,99 @@
+//! The search against brute force and against itself.
+
+use super::fixtures::*;
+use crate::geometry::{Direction, Point, Vector};
+use crate::motion::Pose;
+use crate::verify::body::Body;
+use crate::verify::ray::LocalRay;
+use crate::verify::{BlockMotion, Instant, NormalRay};
+use proptest::prelude::*;
+
+fn direction() -> impl Strategy<Value = Direction> {
+    (-1.0..1.0f64, -1.0..1.0f64, -1.0..1.0f64)
+        .prop_filter_map("too short", |(x, y, z)| Direction::try_new(Vector::new(x, y, z), 0.1))
+}
+
+/// Inside by the definition of a surface of revolution: nothing shared with the code under test.
+fn inside(tool: &crate::tool::Tool, pose: &Pose, point: &Point) -> bool {
+    let offset = point - pose.tip;
+    let height = offset.dot(&pose.axis);
+    let rho = (offset - pose.axis.into_inner() * height).norm();
+    (0.0..=tool.flute_length()).contains(&height) && tool.contact_at(height).is_some_and(|c| rho <= c.point.radius)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(400))]
+
+    #[test]
+    fn entry_is_where_the_line_first_is_inside(
+        which in 0usize..8,
+        axis in direction(),
+        normal in direction(),
+        offset in (-12.0..12.0f64, -12.0..12.0f64, -5.0..45.0f64),
+    ) {
+        let tool = &menagerie()[which];
+        let pose = Pose { tip: Point::new(3.0, -2.0, 1.0), axis };
+        let ray = NormalRay { origin: Point::new(offset.0, offset.1, offset.2), normal };
+        let body = Body::of(tool.flutes().iter());
+        let at = |lambda: f64| ray.origin + ray.normal.into_inner() * lambda;
+        let entry = body.entry(&LocalRay::new(&ray, &pose), -5.0, 5.0);
+        let limit = entry.map_or(5.0, |e| e.lambda);
+        for k in 0..2000 {
+            let lambda = -5.0 + 10.0 * f64::from(k) / 2000.0;
+            prop_assert!(lambda >= limit - 1e-9 || !inside(tool, &pose, &at(lambda)), "inside at {lambda}, entry {limit}");
+        }
+        if let Some(entry) = entry {
+            prop_assert!(entry.lambda == -5.0 || !inside(tool, &pose, &at(entry.lambda - 1e-7)));
+            let just_in = (1..200).any(|k| inside(tool, &pose, &at(entry.lambda + 1e-9 * 1.1f64.powi(k))));
+            prop_assert!(just_in, "nothing behind the entry {entry:?}");
+        }
+    }
+
+    #[test]
+    fn search_agrees_with_brute_force_in_time(
+        which in 0usize..8,
+        axes in prop::collection::vec(direction(), 2),
+        wobble in prop::collection::vec((-0.3..0.3f64, -0.3..0.3f64, -0.3..0.3f64), 12),
+        normal in direction(),
+        aim in (0.0..11.0f64, 0.0..40.0f64, -0.8..0.8f64),
+    ) {
+        let tool = &menagerie()[which];
+        let poses: Vec<Pose> = wobble.iter().enumerate().map(|(k, w)| {
+            let share = k as f64 / 11.0;
+            let mixed = axes[0].into_inner() * (1.5 - share) + axes[1].into_inner() * 0.3 * share + Vector::new(w.0, w.1, w.2) * 0.1;
+            Pose { tip: Point::new(2.0 * k as f64 + w.0, w.1, w.2), axis: Direction::new_normalize(mixed) }
+        }).collect();
+        let motion = Blocks::through(&poses);
+        // Aim the ray at the flank of some pose, so that most cases touch.
+        let pose = motion.pose((aim.0 as usize).min(10), aim.0.fract());
+        let contact = tool.contact_at(aim.1).unwrap();
+        let out = pose.axis.cross(&normal).normalize();
+        let surface = pose.at_height(contact.point.height) + out * contact.point.radius;
+        let outward = pose.axis.into_inner() * contact.normal_axial + out * contact.normal_radial;
+        let tilted = Direction::new_normalize(-outward + normal.into_inner() * 0.4);
+        let ray = NormalRay { origin: surface - tilted.into_inner() * aim.2, normal: tilted };
+
+        let body = Body::of(tool.flutes().iter());
+        let mut brute = f64::INFINITY;
+        for block in 0..motion.blocks() {
+            for k in 0..=400 {
+                let pose = motion.pose(block, f64::from(k) / 400.0);
+                if let Some(e) = body.entry(&LocalRay::new(&ray, &pose), -1.0, 1.0) {
+                    brute = brute.min(e.lambda);
+                }
+            }
+        }
+        let found = lowest(tool, &motion, &ray);
+        let depth = found.map_or(f64::INFINITY, |t| t.depth);
+        prop_assert!(depth <= brute + 1.1e-6, "found {depth}, brute force {brute}");
+        if let Some(touch) = found {
+            // What was found is real.
+            let pose = motion.pose(touch.when.block, touch.when.share);
+            let entry = body.entry(&LocalRay::new(&ray, &pose), -1.0, 1.0).unwrap();
+            prop_assert!((entry.lambda - touch.depth).abs() < 1e-12);
+        }
+        // A hint never changes the result by more than the resolution.
+        let hinted = lowest_from(tool, &motion, &ray, Some(Instant { block: 3, share: 0.3 })).map_or(f64::INFINITY, |t| t.depth);
+        prop_assert!(hinted == depth || (hinted - depth).abs() <= 1.1e-6, "{hinted} {depth}");
+    }
+}
