@@ -144,56 +144,73 @@ impl Knots {
     }
 
     /// Basis functions and first two derivatives at `t`. Outside the domain the end polynomials are continued.
+    ///
+    /// With N(r,d) the local functions of degree d and D(r,d) their knot differences (A2.2), the quotients
+    /// Q(r,d) = N(r,d-1) / D(r,d) that the recursion forms anyway give the derivatives: N'(r,d) = d (Q(r-1,d) - Q(r,d)),
+    /// and the second derivatives the same way from N'(r,p-1) / D(r,p) (equation 2.7).
     pub fn basis(&self, t: f64) -> Basis {
-        let (p, span, knots) = (self.degree, self.span(t), &self.values);
-        let mut left = [0.0; MAX_DEGREE + 1];
-        let mut right = [0.0; MAX_DEGREE + 1];
-        // ndu[j][r]: upper triangle basis functions, lower triangle knot differences (A2.3).
-        let mut ndu = [[0.0; MAX_DEGREE + 1]; MAX_DEGREE + 1];
-        ndu[0][0] = 1.0;
-        for j in 1..=p {
-            left[j] = t - knots[span + 1 - j];
-            right[j] = knots[span + j] - t;
-            let mut saved = 0.0;
-            for r in 0..j {
-                ndu[j][r] = right[r + 1] + left[j - r];
-                let quotient = ndu[r][j - 1] / ndu[j][r];
-                ndu[r][j] = saved + right[r + 1] * quotient;
-                saved = left[j - r] * quotient;
+        const N: usize = MAX_DEGREE + 1;
+        let (p, span) = (self.degree, self.span(t));
+        let knots = &self.values[span + 1 - p..=span + p];
+        let mut ders = [[0.0; N]; 3];
+        let mut quotients = [0.0; N];
+        let mut lower_quotients = [0.0; N];
+        let mut inverse = [0.0; N];
+        let values = &mut ders[0];
+        values[0] = 1.0;
+        for d in 1..=p {
+            if d == p {
+                lower_quotients = quotients;
             }
-            ndu[j][j] = saved;
-        }
-        let mut ders = [[0.0; MAX_DEGREE + 1]; 3];
-        for (j, column) in ndu.iter().take(p + 1).enumerate() {
-            ders[0][j] = column[p];
+            let mut saved = 0.0;
+            for r in 0..d {
+                let (left, right) = (knots[p + r - d], knots[p + r]);
+                inverse[r] = 1.0 / (right - left);
+                quotients[r] = values[r] * inverse[r];
+                values[r] = saved + (right - t) * quotients[r];
+                saved = (t - left) * quotients[r];
+            }
+            values[d] = saved;
         }
         let degree = p as f64;
+        let (mut quotient_before, mut slope_before, mut lower_before) = (0.0, 0.0, 0.0);
         for r in 0..=p {
-            let below = |k: usize, i: isize| -> f64 {
-                // Basis function of degree p - k with local index i, over its knot difference.
-                let d = p - k;
-                if i < 0 || i as usize > d { 0.0 } else { ndu[i as usize][d] }
-            };
-            let i = r as isize;
-            let difference = |d: usize, at: isize| -> f64 { ndu[d][at as usize] };
-            // First derivative: p (N_{i-1,p-1} / (u_{i+p-1} - u_{i-1}) - N_{i,p-1} / (u_{i+p} - u_i)), local indices.
-            let slope = |d: usize, i: isize, lower: &dyn Fn(isize) -> f64| -> f64 {
-                let mut sum = 0.0;
-                if i >= 1 {
-                    sum += lower(i - 1) / difference(d, i - 1);
-                }
-                if i < d as isize {
-                    sum -= lower(i) / difference(d, i);
-                }
-                sum
-            };
-            ders[1][r] = degree * slope(p, i, &|k| below(1, k));
+            // The last function has no right neighbour.
+            let (quotient, lower) = if r < p { (quotients[r], lower_quotients[r]) } else { (0.0, 0.0) };
+            ders[1][r] = degree * (quotient_before - quotient);
+            quotient_before = quotient;
             if p >= 2 {
-                let first = |k: isize| (degree - 1.0) * slope(p - 1, k, &|m| below(2, m));
-                ders[2][r] = degree * slope(p, i, &first);
+                let lower = if r + 1 < p { lower } else { 0.0 };
+                let slope = if r < p { (degree - 1.0) * (lower_before - lower) * inverse[r] } else { 0.0 };
+                ders[2][r] = degree * (slope_before - slope);
+                (slope_before, lower_before) = (slope, lower);
             }
         }
         Basis { first: span - p, ders }
+    }
+
+    /// Bernstein-Bezier form of the polynomial piece on knot span `span`, restricted to `[a, b]`: control point j of the
+    /// piece is the sum over i of `row[j][i]` times control point `span - degree + i` of the spline. Row j is the blossom
+    /// at (a, …, a, b, …, b) with j times b.
+    pub fn bezier_rows(&self, span: usize, a: f64, b: f64) -> [[f64; MAX_DEGREE + 1]; MAX_DEGREE + 1] {
+        let p = self.degree;
+        let mut rows = [[0.0; MAX_DEGREE + 1]; MAX_DEGREE + 1];
+        for (j, row) in rows.iter_mut().enumerate().take(p + 1) {
+            // Transposed de Boor recursion: start from the blossom's value and spread its weight down to the controls.
+            row[p] = 1.0;
+            for level in (1..=p).rev() {
+                let t = if p - level < j { b } else { a };
+                let mut spread = [0.0; MAX_DEGREE + 1];
+                for i in level..=p {
+                    let (low, high) = (self.values[span - p + i], self.values[span + i + 1 - level]);
+                    let share = (t - low) / (high - low);
+                    spread[i] += share * row[i];
+                    spread[i - 1] += (1.0 - share) * row[i];
+                }
+                *row = spread;
+            }
+        }
+        rows
     }
 }
 
@@ -234,6 +251,26 @@ mod tests {
                     assert!((difference - here[c]).abs() < 1e-6 * (1.0 + here[c].abs()), "{t} {k} {c}");
                 }
             }
+        }
+    }
+
+    #[test]
+    fn bezier_rows_reproduce_the_spline_on_a_part_of_a_span() {
+        let knots = sample();
+        let control: Vec<f64> = (0..7).map(|i| ((i * i * 7) % 5) as f64).collect();
+        let (a, b) = (0.25, 0.4);
+        let span = knots.span(0.3);
+        let rows = knots.bezier_rows(span, a, b);
+        for i in 0..=10 {
+            let s = f64::from(i) / 10.0;
+            let bernstein = [(1.0 - s).powi(3), 3.0 * s * (1.0 - s).powi(2), 3.0 * s * s * (1.0 - s), s.powi(3)];
+            let mut bezier = 0.0;
+            for j in 0..4 {
+                bezier += bernstein[j] * (0..4).map(|i| rows[j][i] * control[span - 3 + i]).sum::<f64>();
+            }
+            let basis = knots.basis(a + s * (b - a));
+            let direct: f64 = (0..4).map(|i| basis.ders[0][i] * control[basis.first + i]).sum();
+            assert!((bezier - direct).abs() < 1e-13, "{s}: {bezier} {direct}");
         }
     }
 

@@ -3,16 +3,21 @@
 
 pub mod angle;
 pub mod bvh;
+pub mod curvature;
 pub mod curve;
 pub mod knots;
 pub mod mesh;
+pub mod mesh_topology;
+mod patch;
 pub mod surface;
 pub mod surface_foot;
 
 pub use angle::{Degrees, Radians};
-pub use bvh::Aabb;
+pub use bvh::{Aabb, Bvh};
+pub use curvature::{Curvature, PrincipalCurvatures};
 pub use curve::SplineCurve;
-pub use mesh::TriangleMesh;
+pub use mesh::{MeshError, MeshFeature, MeshFoot, TriangleMesh};
+pub use mesh_topology::{MeshEdge, MeshTopology};
 pub use surface::{SplineSurface, SurfaceJet};
 pub use surface_foot::{Boundary, Edge, SurfaceFoot};
 

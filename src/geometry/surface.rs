@@ -4,7 +4,7 @@
 
 use super::bvh::Aabb;
 use super::knots::{KnotError, Knots};
-use super::surface_foot::PatchTree;
+use super::patch::PatchTree;
 use super::{Direction, Point, RigidMotion, Vector};
 use std::sync::OnceLock;
 

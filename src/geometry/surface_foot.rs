@@ -1,7 +1,8 @@
-//! Closest points on B-spline surfaces.
+//! Closest points on B-spline surfaces: a tree over the Bezier patches, then Newton's method on the two orthogonality
+//! equations (S - p)·Su = 0 and (S - p)·Sv = 0. Uses `surface`, `bvh` and `patch`.
 
-use super::Point;
-use super::surface::SplineSurface;
+use super::surface::{SplineSurface, SurfaceJet};
+use super::{Point, Vector};
 
 /// One side of a parameter rectangle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -36,31 +37,246 @@ pub struct SurfaceFoot {
     pub point: Point,
     /// Distance from the point asked for, mm, not negative.
     pub distance: f64,
-    /// The edge or corner that the point asked for lies beyond; none when the foot is perpendicular.
+    /// The edge or corner that the point asked for lies beyond; none when the foot is perpendicular and inside.
     pub past_edge: Option<Boundary>,
 }
 
-/// Boxes around the Bezier patches of a surface.
-#[derive(Clone, Debug)]
-pub(super) struct PatchTree {}
+/// A parameter rectangle, `[(u low, u high), (v low, v high)]`.
+pub(super) type Rectangle = [(f64, f64); 2];
 
-impl PatchTree {
-    pub(super) fn new(_surface: &SplineSurface) -> Self {
-        Self {}
-    }
-}
+const EVERYWHERE: Rectangle = [(f64::NEG_INFINITY, f64::INFINITY); 2];
+/// Share of (surface size + distance) by which a foot may miss the perpendicular, in mm along the surface.
+const PERPENDICULAR: f64 = 1e-12;
+/// The same share, within which a point counts as above the edge and not beyond it.
+const BEYOND: f64 = 1e-9;
+const MAX_STEPS: usize = 40;
+const MAX_HALVINGS: usize = 12;
 
 impl SplineSurface {
-    /// The closest point of the surface, edges and corners included.
+    /// The closest point of the surface, edges and corners included. Exact up to rounding: every Bezier patch that could
+    /// hold a closer point is searched.
     pub fn closest(&self, p: &Point) -> SurfaceFoot {
-        let _ = (p, self.tree());
-        unimplemented!()
+        let tree = self.tree();
+        let mut best: Option<Descent> = None;
+        tree.nearest(p, |patch, bound| {
+            let found = Descent::in_patch(self, p, patch.rectangle(), tree.scale());
+            if found.value < bound {
+                best = Some(found);
+            }
+            found.value.min(bound)
+        });
+        // A tree is never empty and every value is finite; the start of a descent is the answer of last resort.
+        let [(u0, u1), (v0, v1)] = self.domain();
+        let best = best.unwrap_or_else(|| Descent::new(self, p, ((u0 + u1) / 2.0, (v0 + v1) / 2.0), &self.domain()));
+        best.foot(self, tree.scale())
     }
 
-    /// The closest point near the parameters `near` on the tangentially extended surface, so u and v may lie outside
-    /// the domain. Starts the full search when the iteration from `near` does not converge.
+    /// The closest point near the parameters `near` on the tangentially extended surface
+    /// ([`SplineSurface::extended_jet`]), so u and v may lie outside the domain; `past_edge` then says where. Starts the
+    /// full search when the iteration from `near` does not converge.
     pub fn closest_from(&self, p: &Point, near: (f64, f64)) -> SurfaceFoot {
-        let _ = (p, near);
-        unimplemented!()
+        let scale = self.tree().scale();
+        let first = Descent::run(self, p, near, &EVERYWHERE, scale);
+        if first.state == State::Minimum {
+            return first.foot(self, scale);
+        }
+        let inside = self.closest(p);
+        if inside.past_edge.is_none() {
+            return inside;
+        }
+        let second = Descent::run(self, p, (inside.u, inside.v), &EVERYWHERE, scale);
+        if second.state == State::Minimum { second.foot(self, scale) } else { inside }
     }
 }
+
+/// How a descent ended, or what it may say of the place where it stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum State {
+    /// Still falling.
+    Falling,
+    /// Perpendicular (or held by the rectangle), and the squared distance is convex there.
+    Minimum,
+    /// Perpendicular, but a maximum or a saddle of the distance.
+    Stationary,
+}
+
+/// A place on the way down of f(u, v) = |E(u, v) - p|², E the extended surface.
+#[derive(Clone, Copy, Debug)]
+struct Descent {
+    u: f64,
+    v: f64,
+    jet: SurfaceJet,
+    /// E - p.
+    offset: Vector,
+    /// f.
+    value: f64,
+    state: State,
+}
+
+/// What Newton's method wants next.
+struct Step {
+    du: f64,
+    dv: f64,
+    /// Half the slope of f along the step; negative.
+    slope: f64,
+}
+
+impl Descent {
+    fn new(surface: &SplineSurface, p: &Point, (u, v): (f64, f64), limits: &Rectangle) -> Self {
+        let [(u0, u1), (v0, v1)] = *limits;
+        let (u, v) = (u.max(u0).min(u1), v.max(v0).min(v1));
+        let jet = surface.extended_jet(u, v);
+        let offset = jet.point - p;
+        Self { u, v, jet, offset, value: offset.norm_squared(), state: State::Falling }
+    }
+
+    /// Least distance inside one patch. Where the distance is not convex over the patch (p beyond its centres of
+    /// curvature), several starts are taken.
+    fn in_patch(surface: &SplineSurface, p: &Point, limits: &Rectangle, scale: f64) -> Self {
+        let [(u0, u1), (v0, v1)] = *limits;
+        let at = |a: f64, b: f64| (u0 + (u1 - u0) * a, v0 + (v1 - v0) * b);
+        let centre = Self::new(surface, p, at(0.5, 0.5), limits);
+        let convex = centre.convex();
+        let mut best = centre.fall(surface, p, limits, scale);
+        if convex && best.state == State::Minimum {
+            return best;
+        }
+        for a in [0.0, 0.5, 1.0] {
+            for b in [0.0, 0.5, 1.0] {
+                let other = Self::run(surface, p, at(a, b), limits, scale);
+                if other.value < best.value {
+                    best = other;
+                }
+            }
+        }
+        best
+    }
+
+    fn run(surface: &SplineSurface, p: &Point, start: (f64, f64), limits: &Rectangle, scale: f64) -> Self {
+        Self::new(surface, p, start, limits).fall(surface, p, limits, scale)
+    }
+
+    /// Newton's method with halved steps, held inside `limits`.
+    fn fall(mut self, surface: &SplineSurface, p: &Point, limits: &Rectangle, scale: f64) -> Self {
+        for _ in 0..MAX_STEPS {
+            let tolerance = PERPENDICULAR * (scale + self.value.sqrt());
+            let Some(step) = self.step(limits, tolerance) else {
+                return self;
+            };
+            let Some(next) = self.advance(surface, p, limits, &step, scale) else {
+                return self;
+            };
+            self = next;
+        }
+        self
+    }
+
+    /// The next step, or none at the end of the descent; then `state` says which end.
+    fn step(&mut self, limits: &Rectangle, tolerance: f64) -> Option<Step> {
+        let jet = &self.jet;
+        let (gu, gv) = (self.offset.dot(&jet.su), self.offset.dot(&jet.sv));
+        let [e, f, g] = [jet.su.norm_squared(), jet.su.dot(&jet.sv), jet.sv.norm_squared()];
+        let [l, m, n] = self.hessian();
+        let [(u0, u1), (v0, v1)] = *limits;
+        let held = |x: f64, low: f64, high: f64, slope: f64| (x <= low && slope >= 0.0) || (x >= high && slope <= 0.0);
+        let free_u = e > 0.0 && !held(self.u, u0, u1, gu);
+        let free_v = g > 0.0 && !held(self.v, v0, v1, gv);
+        let even_u = !free_u || gu.abs() <= tolerance * e.sqrt();
+        let even_v = !free_v || gv.abs() <= tolerance * g.sqrt();
+        if even_u && even_v {
+            let convex = match (free_u, free_v) {
+                (true, true) => self.convex(),
+                (true, false) => l >= 0.0,
+                (false, true) => n >= 0.0,
+                (false, false) => true,
+            };
+            self.state = if convex { State::Minimum } else { State::Stationary };
+            return None;
+        }
+        let (du, dv) = match (free_u, free_v) {
+            (true, true) => {
+                let determinant = l * n - m * m;
+                if self.convex() && determinant > 1e-9 * l * n {
+                    ((m * gv - n * gu) / determinant, (m * gu - l * gv) / determinant)
+                } else {
+                    // Gauss-Newton: the metric alone, damped so that nearly parallel derivatives do no harm.
+                    let (e, g) = (e * (1.0 + 1e-9), g * (1.0 + 1e-9));
+                    let determinant = e * g - f * f;
+                    ((f * gv - g * gu) / determinant, (f * gu - e * gv) / determinant)
+                }
+            }
+            (true, false) => (-gu / if l > 1e-6 * e { l } else { e }, 0.0),
+            _ => (0.0, -gv / if n > 1e-6 * g { n } else { g }),
+        };
+        Some(Step { du, dv, slope: gu * du + gv * dv })
+    }
+
+    /// Halves the step until the distance falls; none when it does not.
+    fn advance(
+        &self,
+        surface: &SplineSurface,
+        p: &Point,
+        limits: &Rectangle,
+        step: &Step,
+        scale: f64,
+    ) -> Option<Self> {
+        // Rounding of f, below which a true descent cannot be seen: coordinates of size `scale` are off by epsilon.
+        let distance = self.value.sqrt();
+        let rounding = 8.0 * f64::EPSILON * distance * (scale + distance);
+        let mut share = 1.0;
+        for _ in 0..MAX_HALVINGS {
+            let next = Self::new(surface, p, (self.u + share * step.du, self.v + share * step.dv), limits);
+            if next.value <= self.value + 2e-4 * share * step.slope + rounding {
+                return Some(next);
+            }
+            share *= 0.5;
+        }
+        None
+    }
+
+    /// Half the second derivatives of f: Su·Su + (E - p)·Suu, and so on.
+    fn hessian(&self) -> [f64; 3] {
+        let jet = &self.jet;
+        [
+            jet.su.norm_squared() + self.offset.dot(&jet.suu),
+            jet.su.dot(&jet.sv) + self.offset.dot(&jet.suv),
+            jet.sv.norm_squared() + self.offset.dot(&jet.svv),
+        ]
+    }
+
+    fn convex(&self) -> bool {
+        let [l, m, n] = self.hessian();
+        l > 0.0 && n > 0.0 && l * n > m * m
+    }
+
+    fn foot(&self, surface: &SplineSurface, scale: f64) -> SurfaceFoot {
+        let distance = self.value.sqrt();
+        let past_edge = self.past_edge(surface, BEYOND * (scale + distance));
+        SurfaceFoot { u: self.u, v: self.v, point: self.jet.point, distance, past_edge }
+    }
+
+    /// Beyond a side: by the parameter on the extended surface, by the direction of the offset on the surface itself.
+    fn past_edge(&self, surface: &SplineSurface, tolerance: f64) -> Option<Boundary> {
+        let side = |x: f64, (low, high): (f64, f64), along: &Vector, sides: [Edge; 2]| -> Option<Edge> {
+            let length = along.norm();
+            // The offset runs from the point asked for to the foot, so it points inward where that point is beyond.
+            let inward = if length > 0.0 { self.offset.dot(along) / length } else { 0.0 };
+            if x <= low {
+                return ((low - x) * length > tolerance || inward > tolerance).then_some(sides[0]);
+            }
+            (x >= high && ((x - high) * length > tolerance || -inward > tolerance)).then_some(sides[1])
+        };
+        let [u, v] = surface.domain();
+        let edge_u = side(self.u, u, &self.jet.su, [Edge::LowU, Edge::HighU]);
+        let edge_v = side(self.v, v, &self.jet.sv, [Edge::LowV, Edge::HighV]);
+        match (edge_u, edge_v) {
+            (Some(a), Some(b)) => Some(Boundary::Corner(a, b)),
+            (Some(edge), None) | (None, Some(edge)) => Some(Boundary::Edge(edge)),
+            (None, None) => None,
+        }
+    }
+}
+
+#[cfg(test)]
+#[path = "surface_foot_tests.rs"]
+mod tests;
