@@ -101,14 +101,7 @@ mod tests {
     fn quadric(k1: f64, k2: f64, skew: f64) -> SurfaceJet {
         let (su, sv) = (Vector::new(2.0, 0.0, 0.0), Vector::new(skew, 0.5, 0.0));
         let form = |a: &Vector, b: &Vector| Vector::z() * (k1 * a.x * b.x + k2 * a.y * b.y);
-        SurfaceJet {
-            point: Point::origin(),
-            su,
-            sv,
-            suu: form(&su, &su),
-            suv: form(&su, &sv),
-            svv: form(&sv, &sv),
-        }
+        SurfaceJet { point: Point::origin(), su, sv, suu: form(&su, &su), suv: form(&su, &sv), svv: form(&sv, &sv) }
     }
 
     proptest! {

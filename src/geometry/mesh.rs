@@ -221,6 +221,16 @@ impl TriangleMesh {
         Point::from(a.coords * x + b.coords * y + c.coords * z)
     }
 
+    /// Weights of the corners of triangle `face` for a point of its plane; their sum is 1.
+    pub fn barycentric(&self, face: usize, p: &Point) -> [f64; 3] {
+        let [a, b, c] = self.corners(face);
+        let cross = (b - a).cross(&(c - a));
+        let area = cross.norm_squared();
+        let second = (p - a).cross(&(c - a)).dot(&cross) / area;
+        let third = (b - a).cross(&(p - a)).dot(&cross) / area;
+        [1.0 - second - third, second, third]
+    }
+
     /// Normal inside triangle `face`, interpolated between those of its vertices.
     pub fn normal(&self, face: usize, barycentric: [f64; 3]) -> Direction {
         let mut sum = Vector::zeros();

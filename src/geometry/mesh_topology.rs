@@ -70,14 +70,7 @@ impl MeshTopology {
         }
         boundary.sort_by_key(|(vertex, edge)| (*vertex, edge.face, edge.edge));
         let components = components(&neighbours);
-        Ok(Self {
-            neighbours,
-            boundary,
-            components,
-            vertices: vertices.len(),
-            edges,
-            triangles: triangles.to_vec(),
-        })
+        Ok(Self { neighbours, boundary, components, vertices: vertices.len(), edges, triangles: triangles.to_vec() })
     }
 
     /// The triangles across the three edges of `face`; none at the boundary.

@@ -5,6 +5,7 @@ pub mod angle;
 pub mod bvh;
 pub mod curvature;
 pub mod curve;
+pub mod interpolate;
 pub mod knots;
 pub mod mesh;
 pub mod mesh_topology;
@@ -16,9 +17,11 @@ pub use angle::{Degrees, Radians};
 pub use bvh::{Aabb, Bvh};
 pub use curvature::{Curvature, PrincipalCurvatures};
 pub use curve::SplineCurve;
+pub use interpolate::{GridError, interpolate_grid};
+pub use knots::{KnotError, Knots};
 pub use mesh::{MeshError, MeshFeature, MeshFoot, TriangleMesh};
 pub use mesh_topology::{MeshEdge, MeshTopology};
-pub use surface::{SplineSurface, SurfaceJet};
+pub use surface::{SplineSurface, SurfaceError, SurfaceJet};
 pub use surface_foot::{Boundary, Edge, SurfaceFoot};
 
 /// A point, mm unless a function says otherwise.

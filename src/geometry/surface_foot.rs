@@ -212,14 +212,7 @@ impl Descent {
     }
 
     /// Halves the step until the distance falls; none when it does not.
-    fn advance(
-        &self,
-        surface: &SplineSurface,
-        p: &Point,
-        limits: &Rectangle,
-        step: &Step,
-        scale: f64,
-    ) -> Option<Self> {
+    fn advance(&self, surface: &SplineSurface, p: &Point, limits: &Rectangle, step: &Step, scale: f64) -> Option<Self> {
         // Rounding of f, below which a true descent cannot be seen: coordinates of size `scale` are off by epsilon.
         let distance = self.value.sqrt();
         let rounding = 8.0 * f64::EPSILON * distance * (scale + distance);

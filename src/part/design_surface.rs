@@ -1,21 +1,15 @@
 //! The oriented surface that is to be milled, spline or mesh, behind one set of questions.
 
+use super::fit;
+use super::mesh_sampling;
+use super::oriented_spline::OrientedSpline;
 use crate::diagnostic::Result;
-use crate::geometry::{Aabb, Direction, Point, SplineSurface, TriangleMesh};
+use crate::geometry::{Aabb, Direction, Point, RigidMotion, TriangleMesh};
 use std::borrow::Cow;
 
 /// Unit normal out of the material, toward the tool.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OutwardNormal(pub Direction);
-
-/// A spline surface with its material side.
-#[derive(Clone, Debug)]
-pub struct OrientedSpline {
-    /// The surface.
-    pub surface: SplineSurface,
-    /// False: the outward normal is Su × Sv; true: the opposite.
-    pub flip: bool,
-}
 
 /// The design surface, part frame, mm.
 #[derive(Clone, Debug)]
@@ -85,27 +79,45 @@ pub struct Foot {
 pub struct SplineForm<'a> {
     /// The spline with its orientation.
     pub spline: Cow<'a, OrientedSpline>,
-    /// Largest distance between the spline and the design surface, mm; 0 when they are the same.
+    /// Largest measured distance between the spline and the design surface, mm; 0 when they are the same.
     pub fit_error: f64,
 }
 
 impl DesignSurface {
-    /// Samples of the whole surface, edges included, neighbours at most about `spacing` mm apart.
+    /// Samples of the whole surface, edges included, neighbours at most about `spacing` mm apart. A spacing below a
+    /// two-thousandth of the surface's size, or none at all, counts as that.
     pub fn sample(&self, spacing: f64) -> SampleGrid {
-        let _ = spacing;
-        unimplemented!()
+        let least = self.bounds().diagonal() / 2000.0;
+        let spacing = if spacing > least { spacing } else { least };
+        match self {
+            Self::Spline(spline) => spline.sample(spacing),
+            Self::Mesh(mesh) => mesh_sampling::sample(mesh, spacing),
+        }
     }
 
     /// The exact surface point inside a triangle of a [`SampleGrid`] of this surface; `weights` sum to 1.
     pub fn between(&self, corners: [&SurfaceSample; 3], weights: [f64; 3]) -> SurfaceSample {
-        let _ = (corners, weights);
-        unimplemented!()
+        match self {
+            Self::Spline(spline) => spline.between(corners, weights),
+            Self::Mesh(mesh) => mesh_sampling::between(mesh, corners, weights),
+        }
     }
 
     /// The closest point and on which side of it `p` lies.
     pub fn foot(&self, p: &Point) -> Foot {
-        let _ = p;
-        unimplemented!()
+        match self {
+            Self::Spline(spline) => spline.foot(p),
+            Self::Mesh(mesh) => {
+                let foot = mesh.closest(p);
+                Foot {
+                    point: foot.point,
+                    normal: OutwardNormal(mesh.normal(foot.face, foot.barycentric)),
+                    signed_distance: foot.signed_distance,
+                    past_edge: foot.past_edge,
+                    place: SurfacePlace::Face { index: foot.face, barycentric: foot.barycentric },
+                }
+            }
+        }
     }
 
     /// Distance, mm: positive on the tool's side, negative inside the material.
@@ -116,18 +128,36 @@ impl DesignSurface {
     /// A box that holds the surface.
     pub fn bounds(&self) -> Aabb {
         match self {
-            Self::Spline(spline) => spline.surface.bounds(),
+            Self::Spline(spline) => spline.surface().bounds(),
             Self::Mesh(mesh) => mesh.bounds(),
         }
     }
 
     /// Area, mm².
     pub fn area(&self) -> f64 {
-        unimplemented!()
+        match self {
+            Self::Spline(spline) => spline.area(),
+            Self::Mesh(mesh) => mesh.area(),
+        }
     }
 
-    /// The surface as a spline: itself, or a bicubic fitted to a mesh that is one disc.
+    /// The surface moved.
+    #[must_use]
+    pub fn transformed(&self, motion: &RigidMotion) -> Self {
+        match self {
+            Self::Spline(spline) => Self::Spline(spline.transformed(motion)),
+            Self::Mesh(mesh) => Self::Mesh(mesh.transformed(motion)),
+        }
+    }
+
+    /// The surface as a spline: itself, or a bicubic fitted to a mesh. A mesh that is not one disc is refused.
     pub fn spline(&self) -> Result<SplineForm<'_>> {
-        unimplemented!()
+        match self {
+            Self::Spline(spline) => Ok(SplineForm { spline: Cow::Borrowed(spline), fit_error: 0.0 }),
+            Self::Mesh(mesh) => {
+                let (spline, fit_error) = fit::spline_of_mesh(mesh)?;
+                Ok(SplineForm { spline: Cow::Owned(spline), fit_error })
+            }
+        }
     }
 }
