@@ -109,7 +109,7 @@ impl Outputs {
                 .map_err(|e| Diagnostic::error(format!("{} cannot be replaced: {e}", path.display())))?;
             temporary.kept = true;
         }
-        for mut folder in folders {
+        for folder in &mut folders {
             folder.kept = true;
         }
         Ok(())

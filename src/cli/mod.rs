@@ -2,6 +2,8 @@
 //! files and terminals. Uses everything.
 
 mod files;
+mod inputs;
+mod machine;
 mod terminal;
 
 use crate::diagnostic::Diagnostic;
@@ -25,6 +27,11 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Command {
+    /// The machines that come along, and checks of your own
+    Machine {
+        #[command(subcommand)]
+        action: machine::Action,
+    },
 }
 
 /// How a command that ran to its end ended.
@@ -55,7 +62,7 @@ impl From<Vec<Diagnostic>> for Refusal {
 pub fn main() -> ExitCode {
     let arguments = Arguments::parse();
     let mut terminal = Terminal::new();
-    match run(arguments, &mut terminal) {
+    match run(&arguments, &mut terminal) {
         Ok(Outcome::Good) => ExitCode::SUCCESS,
         Ok(Outcome::Failed) => ExitCode::from(1),
         Err(Refusal(findings)) => {
@@ -67,11 +74,12 @@ pub fn main() -> ExitCode {
     }
 }
 
-fn run(arguments: Arguments, terminal: &mut Terminal) -> Result<Outcome, Refusal> {
+fn run(arguments: &Arguments, terminal: &mut Terminal) -> Result<Outcome, Refusal> {
     if let Some(threads) = arguments.threads {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build_global();
         pool.map_err(|e| Diagnostic::error(format!("{threads} threads cannot be started: {e}")))?;
     }
-    match arguments.command {
+    match &arguments.command {
+        Command::Machine { action } => machine::run(action, terminal),
     }
 }
