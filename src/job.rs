@@ -1,6 +1,6 @@
 //! The job file: what to mill, with which tool, how, on which machine. Raw keys are read by serde, then checked into a
 //! [`Job`] that cannot be wrong; every complaint names line, column and remedy. Uses `diagnostic`, `geometry`, `part`,
-//! `tool` and `motion`.
+//! `tool`, `motion`, `machine` and `plan`.
 
 mod limits;
 mod raw;
@@ -8,6 +8,7 @@ mod tool;
 
 use crate::diagnostic::{Diagnostic, TomlText};
 use crate::geometry::{RigidMotion, Vector};
+use crate::machine::Dialect;
 use crate::motion::FeedReference;
 use crate::part::{ReadOptions, Units};
 use crate::tool::Tool;
@@ -79,7 +80,7 @@ pub struct MachineSpec {
     /// Whether the control keeps the tip on its path (TCP); the machine file's own choice when left out.
     pub tcp: Option<bool>,
     /// Dialect to write; the machine file's own when left out.
-    pub dialect: Option<String>,
+    pub dialect: Option<Dialect>,
 }
 
 /// Speeds.

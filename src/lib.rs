@@ -42,4 +42,6 @@ pub mod report;
 
 pub mod job;
 
+pub mod pipeline;
+
 pub mod cli;

@@ -1,5 +1,6 @@
 //! The keys of a job file as they are written, before any check of their values.
 
+use crate::machine::Dialect;
 use crate::motion::FeedReference;
 use serde::Deserialize;
 
@@ -130,7 +131,7 @@ pub(super) struct Machine {
     pub(super) work_offset: String,
     pub(super) offset: Option<[f64; 3]>,
     pub(super) tcp: Option<bool>,
-    pub(super) dialect: Option<String>,
+    pub(super) dialect: Option<Dialect>,
 }
 
 fn first_work_offset() -> String {

@@ -175,6 +175,21 @@ fn keys_and_kinds_that_do_not_exist_are_refused() {
 }
 
 #[test]
+fn a_job_may_overrule_the_machine_file() {
+    let more = "work_offset = \"G55\"\noffset = [1, 2, 3.5]\ntcp = false\ndialect = \"fanuc-30i\"";
+    let job = Job::read(&GOOD.replacen("work_offset = \"G54\"", more, 1), "job.toml").unwrap();
+    let machine = MachineSpec {
+        file: "xyzac-trt".to_owned(),
+        work_offset: "G55".to_owned(),
+        offset: Some([1.0, 2.0, 3.5]),
+        tcp: Some(false),
+        dialect: Some(Dialect::Fanuc30i),
+    };
+    assert_eq!(job.machine, machine);
+    assert!(after("\"G54\"", "\"G54\"\ndialect = \"fanuc\"").contains("the values known here: linuxcnc, fanuc-30i"));
+}
+
+#[test]
 fn work_offsets_beyond_the_first_six_are_known() {
     for word in ["G55", "G59.3", "G54.1 P48"] {
         let job = Job::read(&GOOD.replacen("G54", word, 1), "job.toml").unwrap();

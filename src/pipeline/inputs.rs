@@ -1,0 +1,166 @@
+//! Everything a job names, read and checked.
+
+use crate::diagnostic::{Diagnostic, Result};
+use crate::job::{Job, MachineSpec};
+use crate::machine::{DialectOptions, Machine, WorkOffset};
+use crate::part::{Part, ReadOptions, read};
+use sha2::{Digest, Sha256};
+
+/// Hexadecimal digits of an input hash: enough to tell the inputs of any two programs apart.
+const HASH_DIGITS: usize = 16;
+
+/// A file: its name for messages, whose extension says what it holds, and its bytes.
+#[derive(Clone, Copy, Debug)]
+pub struct InputFile<'a> {
+    /// Name as the user can open it.
+    pub name: &'a str,
+    /// Content.
+    pub bytes: &'a [u8],
+}
+
+/// What a job works on.
+#[derive(Clone, Debug)]
+pub struct Inputs {
+    /// The job.
+    pub job: Job,
+    /// The part with its check surfaces, part frame.
+    pub part: Part,
+    /// The machine as the job uses it.
+    pub machine: Machine,
+    /// Hash of everything that went in, see [`hash`].
+    pub hash: String,
+}
+
+impl Inputs {
+    /// Reads what a job names: its part file, one file a check surface in the job's order, and its machine, which
+    /// comes with the text it was read from.
+    pub fn read(
+        job: Job,
+        part: InputFile<'_>,
+        check: &[InputFile<'_>],
+        machine: &Machine,
+        machine_text: &str,
+    ) -> Result<Self, Vec<Diagnostic>> {
+        let mut findings = Vec::new();
+        let surface = read(part.bytes, part.name, &job.part.reading).map_err(|e| findings.push(*e));
+        let around = ReadOptions { flip: false, ..job.part.reading };
+        let surfaces = check.iter().filter_map(|file| {
+            let surface = read(file.bytes, file.name, &around);
+            surface.map_err(|e| findings.push(*e)).ok()
+        });
+        let surfaces: Vec<_> = surfaces.collect();
+        let machine = machine_of_job(machine, &job).map_err(|e| findings.push(*e));
+        let mut hashed = vec![job.text().as_bytes(), part.bytes];
+        hashed.extend(check.iter().map(|file| file.bytes));
+        hashed.push(machine_text.as_bytes());
+        let hash = hash(&hashed);
+        match (surface, machine) {
+            (Ok(surface), Ok(machine)) if findings.is_empty() => {
+                let part = Part { name: job.name.clone(), surface, check: surfaces };
+                Ok(Self { job, part, machine, hash })
+            }
+            _ => Err(findings),
+        }
+    }
+}
+
+/// The first 16 hexadecimal digits of the SHA-256 of the inputs one after the other, as they are: job, part, check
+/// surfaces, machine. `cat` of the same files to `sha256sum` gives the same digits.
+pub fn hash(inputs: &[&[u8]]) -> String {
+    let mut sha = Sha256::new();
+    for input in inputs {
+        sha.update(input);
+    }
+    sha.finalize().iter().take(HASH_DIGITS / 2).map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// The machine with what the job overrules: work offset, TCP, dialect. A work offset that the machine file does not
+/// have, and the job does not place, is refused.
+pub fn machine_of_job(machine: &Machine, job: &Job) -> Result<Machine> {
+    let MachineSpec { work_offset, offset, tcp, dialect, .. } = &job.machine;
+    let mut machine = machine.clone();
+    let control = &mut machine.control;
+    let known = control.work_offsets.iter_mut().find(|known| known.name == *work_offset);
+    match (known, offset) {
+        (Some(known), Some(offset)) => known.linear = *offset,
+        (Some(_), None) => {}
+        (None, Some(offset)) => {
+            control.work_offsets.push(WorkOffset { name: work_offset.clone(), linear: *offset });
+        }
+        (None, None) => {
+            let names: Vec<_> = control.work_offsets.iter().map(|known| known.name.as_str()).collect();
+            let message = format!("machine {} has no work offset {work_offset}", machine.name);
+            return Err(job.blame("machine.work_offset", message).help(format!(
+                "write one of {}, or say where it is: offset = [x, y, z] of the part's zero in machine coordinates",
+                names.join(", ")
+            )));
+        }
+    }
+    if let Some(tcp) = tcp {
+        control.tcp = *tcp;
+    }
+    // The options of the machine file are those of its own dialect.
+    if let Some(dialect) = dialect.filter(|dialect| *dialect != control.dialect) {
+        control.dialect = dialect;
+        control.options = DialectOptions::of(dialect);
+    }
+    Ok(machine)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn job(machine: &str) -> Job {
+        let text = format!(
+            "format = \"regulus-job\"\nversion = 1\nname = \"x\"\n\
+             [part]\nfile = \"p.json\"\ntolerance = {{ overcut = 0.01, undercut = 0.01 }}\n\
+             [tool]\nnumber = 1\nkind = \"ball\"\ndiameter = 6\nflute_length = 20\ngauge_length = 100\n\
+             [strategy]\nkind = \"multi-strip\"\n[feed]\ncut = 600\nspindle = 8000\n\
+             [machine]\nfile = \"xyzac-trt\"\n{machine}\n"
+        );
+        Job::read(&text, "job.toml").unwrap()
+    }
+
+    #[test]
+    fn hash_is_that_of_the_files_in_a_row() {
+        // printf abc | sha256sum
+        assert_eq!(hash(&[b"a", b"", b"bc"]), "ba7816bf8f01cfea");
+    }
+
+    #[test]
+    fn the_job_overrules_the_machine_file() {
+        let machine = Machine::named("xyzac-trt").unwrap();
+        assert_eq!(machine_of_job(&machine, &job("")).unwrap(), machine);
+        let other = machine_of_job(
+            &machine,
+            &job("work_offset = \"G55\"\noffset = [1, 2, 3]\ntcp = false\ndialect = \"fanuc-30i\""),
+        )
+        .unwrap();
+        assert!(!other.control.tcp);
+        assert_eq!(other.control.options, DialectOptions::of(crate::machine::Dialect::Fanuc30i));
+        let found = other.control.work_offsets.iter().find(|o| o.name == "G55").unwrap();
+        assert_eq!(found.linear, [1.0, 2.0, 3.0]);
+        let moved = machine_of_job(&machine, &job("offset = [4, 5, 6]")).unwrap();
+        assert_eq!(moved.control.work_offsets.len(), machine.control.work_offsets.len());
+        assert_eq!(moved.control.work_offsets[0].linear, [4.0, 5.0, 6.0]);
+    }
+
+    #[test]
+    fn a_work_offset_that_nobody_places_is_refused() {
+        let machine = Machine::named("xyzac-trt").unwrap();
+        let said = machine_of_job(&machine, &job("work_offset = \"G57\"")).unwrap_err();
+        assert_eq!(said.place.as_ref().unwrap().line, Some(20));
+        assert!(said.help.as_ref().unwrap().contains("offset = [x, y, z]"), "{said}");
+    }
+
+    #[test]
+    fn every_bad_input_is_named_at_once() {
+        let machine = Machine::named("xyzac-trt").unwrap();
+        let bad = |name| InputFile { name, bytes: b"{" };
+        let findings =
+            Inputs::read(job("work_offset = \"G57\""), bad("p.json"), &[bad("c.stl")], &machine, "").unwrap_err();
+        let files: Vec<_> = findings.iter().map(|f| f.place.as_ref().unwrap().file.as_str()).collect();
+        assert_eq!(files, ["p.json", "c.stl", "job.toml"]);
+    }
+}
