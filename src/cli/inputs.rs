@@ -1,8 +1,11 @@
-//! Finding and reading what a command was given: machine files by name or path.
+//! Finding and reading what a command was given: jobs with the files they name, machines by name or path.
 
-use super::files::read_text;
-use crate::diagnostic::Result;
+use super::Refusal;
+use super::files::{read_bytes, read_text};
+use crate::diagnostic::{Diagnostic, Result};
+use crate::job::Job;
 use crate::machine::{Machine, builtin};
+use crate::pipeline::{InputFile, Inputs};
 use std::path::Path;
 
 /// A machine with the text that it was read from.
@@ -20,4 +23,49 @@ pub(super) fn machine_file(given: &str, folder: &Path) -> Result<MachineFile> {
         return Ok(MachineFile { machine: Machine::read(&path.display().to_string(), &text)?, text });
     }
     Ok(MachineFile { machine: Machine::named(given)?, text: builtin(given).unwrap_or_default().to_owned() })
+}
+
+/// Reads a job and every file that it names, relative to its own folder. `machine` replaces the job's machine.
+pub(super) fn job_inputs(path: &Path, machine: Option<&str>) -> Result<Inputs, Refusal> {
+    let job = Job::read(&read_text(path)?, &path.display().to_string())?;
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let mut findings = Vec::new();
+    let mut keep = |key: &str, found: Result<(String, Vec<u8>)>| match found {
+        Ok(file) => Some(file),
+        Err(e) => {
+            findings.push(named_by_job(&job, key, *e));
+            None
+        }
+    };
+    let part = keep("part.file", named_file(folder, &job.part.file));
+    let mut check = Vec::new();
+    for (i, file) in job.part.check.iter().enumerate() {
+        check.extend(keep(&format!("part.check[{i}]"), named_file(folder, file)));
+    }
+    let machine = match machine {
+        Some(given) => machine_file(given, Path::new("")),
+        None => machine_file(&job.machine.file, folder),
+    };
+    let machine = machine.map_err(|e| findings.push(named_by_job(&job, "machine.file", *e)));
+    let (Some((name, bytes)), Ok(machine), true) = (part, machine, findings.is_empty()) else {
+        return Err(Refusal(findings));
+    };
+    let part = InputFile { name: &name, bytes: &bytes };
+    let check: Vec<_> = check.iter().map(|(name, bytes)| InputFile { name, bytes }).collect();
+    Ok(Inputs::read(job, part, &check, &machine.machine, &machine.text)?)
+}
+
+fn named_file(folder: &Path, file: &str) -> Result<(String, Vec<u8>)> {
+    let path = folder.join(file);
+    Ok((path.display().to_string(), read_bytes(&path)?))
+}
+
+/// A complaint that has no place of its own is placed where the job names the file.
+fn named_by_job(job: &Job, key: &str, finding: Diagnostic) -> Diagnostic {
+    if finding.place.is_some() {
+        return finding;
+    }
+    let mut placed = *job.blame(key, finding.message);
+    placed.help = finding.help;
+    placed
 }
