@@ -1,5 +1,10 @@
 //! The whole way from a job to a report, on bytes and text: no file is touched here. Uses everything but `cli`.
 
 mod inputs;
+mod inspect;
 
 pub use inputs::{InputFile, Inputs, hash, machine_of_job};
+pub use inspect::{
+    AxisSummary, Extent, FindingSummary, MotionSummary, MoveCounts, PartSummary, ProgramSummary, inspect_part,
+    inspect_program, to_json,
+};

@@ -3,6 +3,7 @@
 
 mod files;
 mod inputs;
+mod inspect;
 mod machine;
 mod terminal;
 
@@ -27,6 +28,8 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Command {
+    /// Say what an NC program or a part file holds
+    Inspect(inspect::Arguments),
     /// The machines that come along, and checks of your own
     Machine {
         #[command(subcommand)]
@@ -80,6 +83,7 @@ fn run(arguments: &Arguments, terminal: &mut Terminal) -> Result<Outcome, Refusa
         pool.map_err(|e| Diagnostic::error(format!("{threads} threads cannot be started: {e}")))?;
     }
     match &arguments.command {
+        Command::Inspect(arguments) => inspect::run(arguments, terminal),
         Command::Machine { action } => machine::run(action, terminal),
     }
 }

@@ -1,0 +1,101 @@
+//! `regulus inspect`: what a program or a part file holds.
+
+use super::files::{Outputs, read_bytes};
+use super::inputs::machine_file;
+use super::{Outcome, Refusal, Terminal};
+use crate::pipeline::{InputFile, PartSummary, ProgramSummary, inspect_part, inspect_program, to_json};
+use clap::Args;
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+
+/// Extensions of part files; everything else is taken for an NC program.
+const PART_EXTENSIONS: [&str; 4] = ["json", "csv", "stl", "obj"];
+/// Findings that are shown one by one.
+const SHOWN: usize = 20;
+
+#[derive(Args)]
+pub(super) struct Arguments {
+    /// An NC program, or a part file (.json, .csv, .stl, .obj)
+    file: PathBuf,
+    /// Follow the program on this machine: name of one that comes along, or path of a machine file
+    #[arg(long, value_name = "M.toml")]
+    machine: Option<String>,
+    /// Tip to gauge line of the tool to follow it with, mm
+    #[arg(long, value_name = "MM", default_value_t = 0.0, requires = "machine")]
+    gauge_length: f64,
+    /// Write the summary here as JSON
+    #[arg(long, value_name = "I.json")]
+    json: Option<PathBuf>,
+}
+
+pub(super) fn run(arguments: &Arguments, terminal: &mut Terminal) -> Result<Outcome, Refusal> {
+    let bytes = read_bytes(&arguments.file)?;
+    let name = arguments.file.display().to_string();
+    let file = InputFile { name: &name, bytes: &bytes };
+    let extension = arguments.file.extension().map(|e| e.to_string_lossy().to_lowercase());
+    let is_part = extension.is_some_and(|e| PART_EXTENSIONS.contains(&e.as_str()));
+    let (text, json) = if is_part {
+        let summary = inspect_part(file)?;
+        (describe_part(&summary), to_json(&summary)?)
+    } else {
+        let machine = arguments.machine.as_deref().map(|given| machine_file(given, Path::new(""))).transpose()?;
+        let machine = machine.as_ref().map(|found| &found.machine);
+        let (summary, messages) = inspect_program(file, machine, arguments.gauge_length)?;
+        for message in messages.iter().take(SHOWN) {
+            terminal.complain(message);
+        }
+        (describe_program(&summary), to_json(&summary)?)
+    };
+    if let Some(path) = &arguments.json {
+        let mut outputs = Outputs::default();
+        outputs.add(path.clone(), json);
+        outputs.write()?;
+    }
+    terminal.print(&text);
+    Ok(Outcome::Good)
+}
+
+fn describe_part(summary: &PartSummary) -> String {
+    let mut text = format!("{}: {}\n", summary.file, summary.form);
+    let size: Vec<_> = summary.high.iter().zip(summary.low).map(|(high, low)| format!("{:.3}", high - low)).collect();
+    let _ = writeln!(text, "size        {} mm, from {:.3?} to {:.3?}", size.join(" x "), summary.low, summary.high);
+    let _ = writeln!(text, "area        {:.3} mm^2", summary.area_mm2);
+    if let (Some([p, q]), Some([m, n])) = (summary.degree, summary.control) {
+        let rational = if summary.rational == Some(true) { ", rational" } else { "" };
+        let _ = writeln!(text, "spline      degree {p} x {q}, {m} x {n} control points{rational}");
+    }
+    if let (Some(vertices), Some(triangles)) = (summary.vertices, summary.triangles) {
+        let _ = writeln!(text, "mesh        {vertices} vertices, {triangles} triangles");
+    }
+    text
+}
+
+fn describe_program(summary: &ProgramSummary) -> String {
+    let moves = summary.moves;
+    let mut text = format!("{}: {} program\n", summary.file, summary.dialect);
+    let _ = writeln!(text, "lines       {}, blocks {}", summary.lines, summary.blocks);
+    let _ = writeln!(text, "moves       {} rapid, {} straight, {} arcs", moves.rapid, moves.line, moves.arc);
+    if !summary.tools.is_empty() {
+        let tools: Vec<_> = summary.tools.iter().map(|t| format!("T{t}")).collect();
+        let _ = writeln!(text, "tools       {}", tools.join(", "));
+    }
+    let _ = writeln!(text, "TCP         {}", if summary.tcp { "turned on" } else { "not turned on" });
+    for (letter, extent) in &summary.extents {
+        let _ = writeln!(text, "words {letter}     {:.4} to {:.4}", extent.min, extent.max);
+    }
+    if let (Some(machine), Some(motion)) = (&summary.machine, &summary.motion) {
+        let _ = writeln!(text, "on {machine}: {:.1} s, {:.1} mm at a feed", motion.duration_s, motion.cut_length_mm);
+        for (letter, axis) in &motion.axes {
+            let unit = if letter.is_ascii_uppercase() && "ABC".contains(*letter) { "deg" } else { "mm" };
+            let _ = writeln!(
+                text,
+                "axis {letter}      {:.4} to {:.4} {unit}, way {:.1} {unit}, up to {:.2} {unit}/s and {:.1} {unit}/s^2",
+                axis.min, axis.max, axis.travel, axis.max_rate, axis.max_accel
+            );
+        }
+        let _ = writeln!(text, "limits      {} passed", motion.limits.len());
+    }
+    let findings = summary.findings.len() + summary.findings_omitted;
+    let _ = writeln!(text, "findings    {findings}{}", if findings > SHOWN { " (the first 20 are shown)" } else { "" });
+    text
+}
