@@ -5,6 +5,6 @@ mod inspect;
 
 pub use inputs::{InputFile, Inputs, hash, machine_of_job};
 pub use inspect::{
-    AxisSummary, Extent, FindingSummary, MotionSummary, MoveCounts, PartSummary, ProgramSummary, inspect_part,
+    AxisSummary, Control, Extent, FindingSummary, MotionSummary, MoveCounts, PartSummary, ProgramSummary, inspect_part,
     inspect_program, to_json,
 };

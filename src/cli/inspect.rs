@@ -3,7 +3,8 @@
 use super::files::{Outputs, read_bytes};
 use super::inputs::machine_file;
 use super::{Outcome, Refusal, Terminal};
-use crate::pipeline::{InputFile, PartSummary, ProgramSummary, inspect_part, inspect_program, to_json};
+use crate::machine::Dialect;
+use crate::pipeline::{Control, InputFile, PartSummary, ProgramSummary, inspect_part, inspect_program, to_json};
 use clap::Args;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -11,7 +12,7 @@ use std::path::{Path, PathBuf};
 /// Extensions of part files; everything else is taken for an NC program.
 const PART_EXTENSIONS: [&str; 4] = ["json", "csv", "stl", "obj"];
 /// Findings that are shown one by one.
-const SHOWN: usize = 20;
+const SHOWN: usize = 10;
 
 #[derive(Args)]
 pub(super) struct Arguments {
@@ -20,12 +21,20 @@ pub(super) struct Arguments {
     /// Follow the program on this machine: name of one that comes along, or path of a machine file
     #[arg(long, value_name = "M.toml")]
     machine: Option<String>,
+    /// Dialect to read the program in when no machine is given
+    #[arg(long, value_name = "NAME", conflicts_with = "machine", value_parser = dialect)]
+    dialect: Option<Dialect>,
     /// Tip to gauge line of the tool to follow it with, mm
     #[arg(long, value_name = "MM", default_value_t = 0.0, requires = "machine")]
     gauge_length: f64,
     /// Write the summary here as JSON
     #[arg(long, value_name = "I.json")]
     json: Option<PathBuf>,
+}
+
+fn dialect(name: &str) -> Result<Dialect, String> {
+    let known = Dialect::ALL.iter().find(|(_, known)| *known == name).map(|(dialect, _)| *dialect);
+    known.ok_or_else(|| format!("known are {}", Dialect::ALL.map(|(_, known)| known).join(", ")))
 }
 
 pub(super) fn run(arguments: &Arguments, terminal: &mut Terminal) -> Result<Outcome, Refusal> {
@@ -40,7 +49,11 @@ pub(super) fn run(arguments: &Arguments, terminal: &mut Terminal) -> Result<Outc
     } else {
         let machine = arguments.machine.as_deref().map(|given| machine_file(given, Path::new(""))).transpose()?;
         let machine = machine.as_ref().map(|found| &found.machine);
-        let (summary, messages) = inspect_program(file, machine, arguments.gauge_length)?;
+        let control = match machine {
+            Some(machine) => Control::Machine { machine, gauge_length: arguments.gauge_length },
+            None => Control::Dialect(arguments.dialect.unwrap_or(Dialect::LinuxCnc)),
+        };
+        let (summary, messages) = inspect_program(file, &control)?;
         for message in messages.iter().take(SHOWN) {
             terminal.complain(message);
         }
@@ -96,6 +109,7 @@ fn describe_program(summary: &ProgramSummary) -> String {
         let _ = writeln!(text, "limits      {} passed", motion.limits.len());
     }
     let findings = summary.findings.len() + summary.findings_omitted;
-    let _ = writeln!(text, "findings    {findings}{}", if findings > SHOWN { " (the first 20 are shown)" } else { "" });
+    let shown = if findings > SHOWN { format!(", of which the first {SHOWN} are shown") } else { String::new() };
+    let _ = writeln!(text, "findings    {findings}{shown}");
     text
 }

@@ -137,20 +137,32 @@ pub struct PartSummary {
     pub triangles: Option<usize>,
 }
 
-/// Reads a program, and follows it on a machine where one is given, with a tool of `tool_length` mm from tip to gauge
-/// line. Returns the findings as messages too; in a mere inspection all of them are warnings.
-pub fn inspect_program(
-    file: InputFile<'_>,
-    machine: Option<&Machine>,
-    tool_length: f64,
-) -> Result<(ProgramSummary, Vec<Diagnostic>)> {
-    let dialect = machine.map_or(Dialect::LinuxCnc, |machine| machine.control.dialect);
-    let rules = match machine {
-        Some(machine) => Rules::of(machine),
-        None => Rules::new(dialect, &DialectOptions::of(dialect), &[]),
+/// Whose rules a program is read by.
+#[derive(Clone, Copy, Debug)]
+pub enum Control<'a> {
+    /// Those of a dialect; the program is not followed.
+    Dialect(Dialect),
+    /// Those of a machine's control; the program is followed on it.
+    Machine {
+        /// The machine.
+        machine: &'a Machine,
+        /// Tip to gauge line of the tool, mm.
+        gauge_length: f64,
+    },
+}
+
+/// Reads a program, and follows it where there is a machine. Returns the findings as messages too; in a mere inspection
+/// all of them are warnings.
+pub fn inspect_program(file: InputFile<'_>, control: &Control<'_>) -> Result<(ProgramSummary, Vec<Diagnostic>)> {
+    let (rules, dialect) = match control {
+        Control::Machine { machine, .. } => (Rules::of(machine), machine.control.dialect),
+        Control::Dialect(dialect) => (Rules::new(*dialect, &DialectOptions::of(*dialect), &[]), *dialect),
     };
     let program = nc::read(file.bytes, &rules);
-    let motion = machine.map(|machine| follow(&program, machine, tool_length)).transpose()?;
+    let (machine, motion) = match control {
+        Control::Machine { machine, gauge_length } => (Some(machine), Some(follow(&program, machine, *gauge_length)?)),
+        Control::Dialect(_) => (None, None),
+    };
     let findings = motion.as_ref().map_or(&program.findings, ToolMotion::findings);
     let summary = ProgramSummary {
         format: FORMAT.0,
@@ -296,7 +308,11 @@ mod tests {
         "%\nG21 G90 G94\nT3 M6\nS8000 M3\nG0 X0 Y0 Z50 A0 C0\nG1 Z-10 F600\nX100 C90\nG2 X0 Y0 I-50 J0\nM5\nM30\n%\n";
 
     fn program(text: &str, machine: Option<&Machine>) -> (ProgramSummary, Vec<Diagnostic>) {
-        inspect_program(InputFile { name: "p.ngc", bytes: text.as_bytes() }, machine, 100.0).unwrap()
+        let control = match machine {
+            Some(machine) => Control::Machine { machine, gauge_length: 100.0 },
+            None => Control::Dialect(Dialect::LinuxCnc),
+        };
+        inspect_program(InputFile { name: "p.ngc", bytes: text.as_bytes() }, &control).unwrap()
     }
 
     #[test]
