@@ -278,11 +278,11 @@ pub fn inspect_part(file: InputFile<'_>) -> Result<PartSummary> {
     };
     match &surface {
         DesignSurface::Spline(spline) => {
-            let (u, v) = (spline.surface.knots_u(), spline.surface.knots_v());
+            let (u, v) = (spline.surface().knots_u(), spline.surface().knots_v());
             summary.form = "spline";
             summary.degree = Some([u.degree(), v.degree()]);
             summary.control = Some([u.controls(), v.controls()]);
-            summary.rational = Some(spline.surface.weights().is_some());
+            summary.rational = Some(spline.surface().weights().is_some());
         }
         DesignSurface::Mesh(mesh) => {
             summary.vertices = Some(mesh.vertices().len());
