@@ -1,0 +1,153 @@
+//! Symmetric positive definite matrices with a band, and their Cholesky factorization.
+//!
+//! Sequential on purpose: sums are taken in one order, so results do not depend on the number of threads.
+
+/// The lower triangle of a symmetric matrix whose entries vanish farther than `half_bandwidth` from the diagonal.
+#[derive(Clone, Debug)]
+pub struct BandedMatrix {
+    size: usize,
+    half_bandwidth: usize,
+    /// Row by row, `half_bandwidth + 1` entries each, the diagonal last.
+    rows: Vec<f64>,
+}
+
+impl BandedMatrix {
+    /// The zero matrix.
+    pub fn zeros(size: usize, half_bandwidth: usize) -> Self {
+        Self { size, half_bandwidth, rows: vec![0.0; size * (half_bandwidth + 1)] }
+    }
+
+    /// Number of rows.
+    pub fn size(&self) -> usize {
+        self.size
+    }
+
+    /// Sets every entry to zero.
+    pub fn clear(&mut self) {
+        self.rows.fill(0.0);
+    }
+
+    fn row(&self, i: usize) -> &[f64] {
+        let width = self.half_bandwidth + 1;
+        &self.rows[i * width..(i + 1) * width]
+    }
+
+    /// Diagonal entry `i`.
+    pub fn diagonal(&self, i: usize) -> f64 {
+        self.row(i)[self.half_bandwidth]
+    }
+
+    /// Adds to diagonal entry `i`.
+    pub fn add_diagonal(&mut self, i: usize, value: f64) {
+        let width = self.half_bandwidth + 1;
+        self.rows[i * width + self.half_bandwidth] += value;
+    }
+
+    /// Adds `weight * c c^T` for a vector `c` whose nonzero run `coefficients` starts at `first`.
+    /// The run must not be longer than the band.
+    pub fn add_outer(&mut self, first: usize, coefficients: &[f64], weight: f64) {
+        let width = self.half_bandwidth + 1;
+        for (r, value) in coefficients.iter().enumerate() {
+            let scaled = weight * value;
+            if scaled == 0.0 {
+                continue;
+            }
+            let start = (first + r) * width + self.half_bandwidth - r;
+            for (entry, other) in self.rows[start..=start + r].iter_mut().zip(coefficients) {
+                *entry += scaled * other;
+            }
+        }
+    }
+
+    /// Factors in place into `L L^T`; `None` when a pivot is not positive.
+    pub fn factor(mut self) -> Option<Factor> {
+        let (n, w) = (self.size, self.half_bandwidth);
+        let width = w + 1;
+        for i in 0..n {
+            let reach = i.min(w);
+            for j in i - reach..=i {
+                // Entries k of rows i and j with k < j, both inside the band.
+                let low = (i - reach).max(j.saturating_sub(w));
+                let a = i * width + w + low - i;
+                let b = j * width + w + low - j;
+                let count = j - low;
+                let dot: f64 = self.rows[a..a + count].iter().zip(&self.rows[b..b + count]).map(|(x, y)| x * y).sum();
+                let at = i * width + w + j - i;
+                let value = self.rows[at] - dot;
+                if j == i {
+                    if !(value > 0.0 && value.is_finite()) {
+                        return None;
+                    }
+                    self.rows[at] = value.sqrt();
+                } else {
+                    self.rows[at] = value / self.rows[j * width + w];
+                }
+            }
+        }
+        Some(Factor { lower: self })
+    }
+}
+
+/// A Cholesky factor, ready to solve.
+#[derive(Clone, Debug)]
+pub struct Factor {
+    lower: BandedMatrix,
+}
+
+impl Factor {
+    /// Solves `A x = b` in place.
+    pub fn solve(&self, b: &mut [f64]) {
+        let (n, w) = (self.lower.size, self.lower.half_bandwidth);
+        for i in 0..n {
+            let (row, reach) = (self.lower.row(i), i.min(w));
+            let dot: f64 = row[w - reach..w].iter().zip(&b[i - reach..i]).map(|(x, y)| x * y).sum();
+            b[i] = (b[i] - dot) / row[w];
+        }
+        for i in (0..n).rev() {
+            let (row, reach) = (self.lower.row(i), i.min(w));
+            b[i] /= row[w];
+            let value = b[i];
+            for (entry, x) in row[w - reach..w].iter().zip(&mut b[i - reach..i]) {
+                *x -= entry * value;
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn solves_what_it_was_made_from() {
+        let (n, w) = (40, 5);
+        let mut matrix = BandedMatrix::zeros(n, w);
+        let mut dense = vec![vec![0.0; n]; n];
+        for first in 0..n - w {
+            let run: Vec<f64> = (0..=w).map(|k| ((first * 7 + k * 13) % 11) as f64 - 4.5).collect();
+            matrix.add_outer(first, &run, 0.3);
+            for r in 0..=w {
+                for c in 0..=w {
+                    dense[first + r][first + c] += 0.3 * run[r] * run[c];
+                }
+            }
+        }
+        for (i, row) in dense.iter_mut().enumerate() {
+            matrix.add_diagonal(i, 1e-3);
+            row[i] += 1e-3;
+        }
+        let want: Vec<f64> = (0..n).map(|i| (i as f64 * 0.37).sin()).collect();
+        let mut b: Vec<f64> = dense.iter().map(|row| row.iter().zip(&want).map(|(a, x)| a * x).sum()).collect();
+        matrix.factor().unwrap().solve(&mut b);
+        for (got, want) in b.iter().zip(&want) {
+            assert!((got - want).abs() < 1e-8, "{got} {want}");
+        }
+    }
+
+    #[test]
+    fn indefinite_matrices_are_refused() {
+        let mut matrix = BandedMatrix::zeros(3, 1);
+        matrix.add_outer(0, &[1.0, 1.0], 1.0);
+        assert!(matrix.factor().is_none());
+    }
+}

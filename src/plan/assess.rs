@@ -1,0 +1,80 @@
+//! What a strip's envelope does to the part, sampled densely between the instants that the fit saw.
+
+use super::chart::Chart;
+use super::fit::SphereFamily;
+use crate::envelope::{NoContact, envelope_point};
+use crate::motion::RuledMotion;
+use crate::tool::Tool;
+
+/// Deviation of one strip's envelope from the part, over the part of the surface that it covers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Deviation {
+    /// Largest depth below the surface, mm, not negative.
+    pub overcut: f64,
+    /// Largest height above the surface, mm, not negative.
+    pub undercut: f64,
+    /// Envelope points that lie over the surface.
+    pub samples: usize,
+}
+
+/// Why a strip's envelope cannot be judged.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub(super) enum AssessError {
+    /// The tool touches no envelope there.
+    #[error("at parameter {t:.3} and height {height:.2} mm: {cause}")]
+    NoContact {
+        /// Path parameter.
+        t: f64,
+        /// Height above the tip, mm.
+        height: f64,
+        /// What is wrong.
+        cause: NoContact,
+    },
+    /// Rails meet, or the surface has no normal.
+    #[error("at parameter {t:.3} the motion or the surface is degenerate")]
+    Degenerate {
+        /// Path parameter.
+        t: f64,
+    },
+}
+
+/// Samples the envelope at `instants` x `heights` points between the rails.
+pub(super) fn assess(
+    chart: &Chart<'_>,
+    tool: &Tool,
+    family: &SphereFamily,
+    motion: &RuledMotion,
+    (instants, heights): (usize, usize),
+) -> Result<Deviation, AssessError> {
+    let (start, end) = motion.domain();
+    let mut worst = Deviation { overcut: 0.0, undercut: 0.0, samples: 0 };
+    let mut near: Vec<Option<(f64, f64)>> = vec![None; heights];
+    for j in 0..instants {
+        let t = start + (end - start) * j as f64 / (instants - 1) as f64;
+        let degenerate = AssessError::Degenerate { t };
+        let rate = motion.pose_rate(t).ok_or(degenerate)?;
+        let length = (motion.upper.point(t) - motion.lower.point(t)).norm();
+        for (k, near) in near.iter_mut().enumerate() {
+            let share = k as f64 / (heights - 1) as f64;
+            let height = family.contact_height(motion.lower_height + share * length);
+            let contact = tool.contact_at(height).ok_or(degenerate)?;
+            let centre = rate.pose.at_height(contact.sphere_height());
+            let guess = near.unwrap_or((share, j as f64 / (instants - 1) as f64));
+            let below = chart.foot(&centre, guess).ok_or(degenerate)?;
+            let touch = match envelope_point(&rate, &contact, &-below.frame.normal) {
+                Ok(touch) => touch,
+                // Off the surface the motion may do as it likes.
+                Err(_) if !below.frame.inside() => continue,
+                Err(cause) => return Err(AssessError::NoContact { t, height, cause }),
+            };
+            let foot = chart.foot(&touch.point, below.frame.place).ok_or(degenerate)?;
+            *near = Some(foot.frame.place);
+            if foot.frame.inside() {
+                worst.overcut = worst.overcut.max(-foot.distance);
+                worst.undercut = worst.undercut.max(foot.distance);
+                worst.samples += 1;
+            }
+        }
+    }
+    Ok(worst)
+}

@@ -1,0 +1,383 @@
+//! One strip as a least-squares problem: the motion of a rigid tool, given by two spline rails, whose flank touches
+//! the design surface everywhere between two lines g = const.
+//!
+//! Unknowns are the control points of both rails. The lower rail carries the sphere centre at `lower_height` of the
+//! tool's sphere family and stays over the strip's lower border, the upper rail over its upper border; the tool is
+//! rigid whatever the rails do, since only their direction is used (Rajain 2023, R3 and R4 by construction).
+//! Residual: sphere distance |c - foot(c)| - r, signed (R19), whose exact gradient is the foot's normal.
+
+use super::chart::{Chart, ChartFoot};
+use crate::geometry::knots::Knots;
+use crate::geometry::{Point, SplineCurve, Vector};
+use crate::motion::RuledMotion;
+use crate::optimize::{LeastSquares, NormalEquations};
+use crate::tool::{Contact, Tool};
+
+/// The tool as a family of spheres along its axis, tabulated over the flank and what stands above it.
+#[derive(Clone, Debug)]
+pub(super) struct SphereFamily {
+    /// Sphere centre heights above the tip with radius, increasing, the flank only.
+    flank: Vec<(f64, f64)>,
+    /// Contact height of each entry of `flank`.
+    contacts: Vec<f64>,
+    /// Heights and radii of shank and holder profile points, which must stay clear.
+    body: Vec<(f64, f64)>,
+}
+
+impl SphereFamily {
+    /// Tabulates the flank of `tool` from contact height `from` upward.
+    pub(super) fn new(tool: &Tool, from: f64) -> Option<Self> {
+        let samples = 400;
+        let top = tool.flute_length();
+        let mut table: Vec<Contact> = (0..=samples)
+            .filter_map(|i| tool.contact_at(from + (top - from) * f64::from(i) / f64::from(samples)))
+            .filter(|c| c.normal_radial > 1e-3)
+            .collect();
+        table.dedup_by(|b, a| b.sphere_height() - a.sphere_height() < 1e-12);
+        let flank: Vec<(f64, f64)> = table.iter().map(|c| (c.sphere_height(), c.sphere_radius())).collect();
+        let body = tool
+            .body()
+            .filter(|(_, element)| element.end().height - element.start().height > 1e-9)
+            .flat_map(|(_, element)| {
+                let count = (element.length() / 8.0).ceil().clamp(1.0, 6.0) as usize;
+                (0..=count).map(move |i| {
+                    let contact = element.contact(i as f64 / count as f64);
+                    (contact.sphere_height(), contact.sphere_radius())
+                })
+            })
+            .collect();
+        let contacts = table.iter().map(|c| c.point.height).collect();
+        (flank.len() >= 2).then_some(Self { flank, contacts, body })
+    }
+
+    /// Sphere centre height of the lowest flank point.
+    pub(super) fn lowest(&self) -> f64 {
+        self.flank[0].0
+    }
+
+    /// Sphere centre height of the highest flank point.
+    pub(super) fn highest(&self) -> f64 {
+        self.flank[self.flank.len() - 1].0
+    }
+
+    /// Shank and holder points: (height, radius).
+    pub(super) fn body(&self) -> &[(f64, f64)] {
+        &self.body
+    }
+
+    /// Height above the tip at which the sphere centred at height `s` touches the flank.
+    pub(super) fn contact_height(&self, s: f64) -> f64 {
+        let last = self.flank.len() - 2;
+        let index = self.flank.partition_point(|p| p.0 <= s).saturating_sub(1).min(last);
+        let (s0, s1) = (self.flank[index].0, self.flank[index + 1].0);
+        let (h0, h1) = (self.contacts[index], self.contacts[index + 1]);
+        (h0 + (s - s0) / (s1 - s0) * (h1 - h0)).clamp(self.contacts[0], self.contacts[last + 1])
+    }
+
+    /// Radius and its derivative at sphere centre height `s`; the flank's end pieces are continued.
+    pub(super) fn radius(&self, s: f64) -> (f64, f64) {
+        let last = self.flank.len() - 2;
+        let index = self.flank.partition_point(|p| p.0 <= s).saturating_sub(1).min(last);
+        let ((s0, r0), (s1, r1)) = (self.flank[index], self.flank[index + 1]);
+        let slope = (r1 - r0) / (s1 - s0);
+        (r0 + slope * (s - s0), slope)
+    }
+}
+
+/// Weights of the terms; all residuals are in mm.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct FitWeights {
+    /// Samples on the surface's extension, against 1 on the surface.
+    pub(super) extension: f64,
+    /// Rails over their borders and at their times.
+    pub(super) anchor: f64,
+    /// Second differences of the control points.
+    pub(super) fairness: f64,
+    /// Gouging by parts of the tool outside the strip.
+    pub(super) clearance: f64,
+}
+
+/// One strip's borders and sampling.
+#[derive(Clone, Debug)]
+pub(super) struct StripSpec {
+    /// g of the lower border, margins included.
+    pub(super) low: f64,
+    /// g of the upper border, margins included.
+    pub(super) high: f64,
+    /// Wanted h of the lower rail's foot at each time sample.
+    pub(super) lower_time: Vec<f64>,
+    /// Wanted h of the upper rail's foot at each time sample.
+    pub(super) upper_time: Vec<f64>,
+}
+
+/// The least-squares problem of one strip.
+pub(super) struct StripFit<'a> {
+    chart: &'a Chart<'a>,
+    family: &'a SphereFamily,
+    spec: &'a StripSpec,
+    knots: Knots,
+    /// Time samples, each with its basis.
+    times: Vec<f64>,
+    /// Shares of the engaged flank, 0 at the lower rail.
+    shares: Vec<f64>,
+    /// Weights per (time, share), for reweighting; mean 1.
+    pub(super) sample_weights: Vec<f64>,
+    /// Wanted deviation, mm: positive leaves stock.
+    pub(super) target: f64,
+    /// Weights of the terms.
+    pub(super) weights: FitWeights,
+    /// Height of the sphere centre that rides on the lower rail.
+    lower_height: f64,
+    /// Last known feet (g, h) per (time, share), then per (time, outside point).
+    hints: Vec<(f64, f64)>,
+    /// Last deviations per (time, share), mm; NaN never, extension samples included.
+    pub(super) deviations: Vec<Sampled>,
+}
+
+/// What a sample showed at the last assembly.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Sampled {
+    /// Signed deviation, mm: positive is undercut.
+    pub(super) deviation: f64,
+    /// Foot on the surface itself.
+    pub(super) inside: bool,
+}
+
+/// Unknowns per control point index: three of the lower rail, three of the upper.
+const BLOCK: usize = 6;
+
+struct Row {
+    time: usize,
+    lower: Vector,
+    upper: Vector,
+    residual: f64,
+    weight: f64,
+}
+
+impl<'a> StripFit<'a> {
+    /// Sets up a strip with `controls` control points a rail.
+    pub(super) fn new(
+        chart: &'a Chart<'a>,
+        family: &'a SphereFamily,
+        spec: &'a StripSpec,
+        controls: usize,
+        heights: usize,
+        weights: FitWeights,
+    ) -> Option<Self> {
+        let knots = Knots::clamped_uniform(3, controls).ok()?;
+        let count = spec.lower_time.len();
+        let times: Vec<f64> = (0..count).map(|j| j as f64 / (count - 1) as f64).collect();
+        // Chebyshev-like spacing: minimax needs samples near both ends of the flank.
+        let shares: Vec<f64> =
+            (0..heights).map(|k| 0.5 - 0.5 * (std::f64::consts::PI * k as f64 / (heights - 1) as f64).cos()).collect();
+        let mut hints = Vec::with_capacity(count * heights);
+        for j in 0..count {
+            hints.extend(shares.iter().map(|f| {
+                (spec.low + f * (spec.high - spec.low), spec.lower_time[j] * (1.0 - f) + spec.upper_time[j] * f)
+            }));
+        }
+        hints.extend((0..count * outside_points(family)).map(|i| {
+            let j = i / outside_points(family);
+            (spec.high, spec.upper_time[j])
+        }));
+        Some(Self {
+            sample_weights: vec![1.0; count * heights],
+            deviations: vec![Sampled { deviation: 0.0, inside: false }; count * heights],
+            lower_height: family.lowest(),
+            chart,
+            family,
+            spec,
+            knots,
+            times,
+            shares,
+            target: 0.0,
+            weights,
+            hints,
+        })
+    }
+
+    /// Rails that pass as near as can be through one ruling per time sample.
+    pub(super) fn start(&self, rulings: &[(Point, Point)]) -> Option<Vec<f64>> {
+        let mut equations = NormalEquations::new(self.unknowns(), self.half_bandwidth());
+        for (t, (a, b)) in self.times.iter().zip(rulings) {
+            let basis = self.knots.basis(*t);
+            for c in 0..BLOCK {
+                let value = if c < 3 { a[c] } else { b[c - 3] };
+                let mut run = [0.0; BLOCK * 4];
+                for i in 0..4 {
+                    run[i * BLOCK + c] = basis.ders[0][i];
+                }
+                equations.add(basis.first * BLOCK, &run, -value, 1.0);
+            }
+        }
+        self.add_fairness(&vec![0.0; self.unknowns()], &mut equations, 1e-6);
+        let mut x: Vec<f64> = equations.gradient.iter().map(|g| -g).collect();
+        equations.matrix.factor()?.solve(&mut x);
+        Some(x)
+    }
+
+    /// The motion that unknowns stand for.
+    pub(super) fn motion(&self, x: &[f64]) -> Option<RuledMotion> {
+        let rail = |offset: usize| {
+            let control = x.chunks(BLOCK).map(|c| Point::new(c[offset], c[offset + 1], c[offset + 2])).collect();
+            SplineCurve::from_knots(self.knots.clone(), control).ok()
+        };
+        Some(RuledMotion { lower: rail(0)?, upper: rail(3)?, lower_height: self.lower_height })
+    }
+
+    fn add_fairness(&self, x: &[f64], equations: &mut NormalEquations, weight: f64) {
+        let controls = self.knots.controls();
+        // Second differences shrink with the square of the spacing; this keeps the integral of |P''|^2 in proportion.
+        let scaled = weight * (controls as f64).powi(3) / 400.0;
+        for i in 0..controls.saturating_sub(2) {
+            for c in 0..BLOCK {
+                let mut run = [0.0; BLOCK * 3];
+                run[c] = 1.0;
+                run[BLOCK + c] = -2.0;
+                run[2 * BLOCK + c] = 1.0;
+                let at = |k: usize| x[(i + k) * BLOCK + c];
+                equations.add(i * BLOCK, &run, at(0) - 2.0 * at(1) + at(2), scaled);
+            }
+        }
+    }
+
+    /// Lower and upper rail points at time sample `j`.
+    fn rails(&self, x: &[f64], j: usize) -> (Point, Point) {
+        let basis = self.knots.basis(self.times[j]);
+        let mut sums = [0.0; BLOCK];
+        for i in 0..4 {
+            for (c, sum) in sums.iter_mut().enumerate() {
+                *sum += basis.ders[0][i] * x[(basis.first + i) * BLOCK + c];
+            }
+        }
+        (Point::new(sums[0], sums[1], sums[2]), Point::new(sums[3], sums[4], sums[5]))
+    }
+
+    fn add_row(&self, row: &Row, equations: &mut NormalEquations) {
+        let basis = self.knots.basis(self.times[row.time]);
+        let mut run = [0.0; BLOCK * 4];
+        for i in 0..4 {
+            let b = basis.ders[0][i];
+            for c in 0..3 {
+                run[i * BLOCK + c] = b * row.lower[c];
+                run[i * BLOCK + 3 + c] = b * row.upper[c];
+            }
+        }
+        equations.add(basis.first * BLOCK, &run, row.residual, row.weight);
+    }
+
+    /// Rows of one time sample: engaged flank, borders, and the rest of the tool.
+    fn rows_at(&mut self, x: &[f64], j: usize, rows: &mut Vec<Row>) -> Option<()> {
+        let (a, b) = self.rails(x, j);
+        let span = b - a;
+        let length = span.norm();
+        if !(length > 1e-6) {
+            return None;
+        }
+        let d = span / length;
+        let scale = 1.0 / (self.times.len() * self.shares.len()) as f64;
+        for (k, f) in self.shares.clone().into_iter().enumerate() {
+            let index = j * self.shares.len() + k;
+            let centre = a + span * f;
+            let foot = self.chart.foot(&centre, self.hints[index])?;
+            self.hints[index] = foot.frame.place;
+            let (radius, slope) = self.family.radius(self.lower_height + f * length);
+            let deviation = foot.distance - radius;
+            let inside = foot.frame.inside();
+            self.deviations[index] = Sampled { deviation, inside };
+            let n = foot.frame.normal;
+            let weight = if inside { 1.0 } else { self.weights.extension };
+            rows.push(Row {
+                time: j,
+                lower: n * (1.0 - f) + d * (slope * f),
+                upper: n * f - d * (slope * f),
+                residual: deviation - self.target,
+                weight: scale * weight * self.sample_weights[index],
+            });
+            if k == 0 {
+                self.anchor(j, &foot, self.spec.low, self.spec.lower_time[j], false, rows);
+            } else if k + 1 == self.shares.len() {
+                self.anchor(j, &foot, self.spec.high, self.spec.upper_time[j], true, rows);
+            }
+        }
+        match j % CLEARANCE_STRIDE {
+            0 => self.clearance_rows(j, &a, &d, length, rows),
+            _ => Some(()),
+        }
+    }
+
+    /// Keeps a rail's foot over its border and, ten times more weakly, at its own time.
+    fn anchor(&self, j: usize, foot: &ChartFoot, g: f64, h: f64, upper: bool, rows: &mut Vec<Row>) {
+        let weight = self.weights.anchor / self.times.len() as f64;
+        let mut push = |gauge: Option<(Vector, f64)>, off: f64, share: f64| {
+            let Some((tangent, rate)) = gauge else { return };
+            let (lower, upper) = if upper { (Vector::zeros(), tangent) } else { (tangent, Vector::zeros()) };
+            rows.push(Row { time: j, lower, upper, residual: off / rate, weight: weight * share });
+        };
+        push(foot.frame.across_gauge(), foot.frame.place.0 - g, 1.0);
+        push(foot.frame.along_gauge(), foot.frame.place.1 - h, 0.1);
+    }
+
+    /// One-sided rows: flutes above the strip, shank and holder must not gouge the surface.
+    fn clearance_rows(&mut self, j: usize, a: &Point, d: &Vector, length: f64, rows: &mut Vec<Row>) -> Option<()> {
+        let scale = self.weights.clearance / (self.times.len() * self.shares.len()) as f64;
+        let first = self.times.len() * self.shares.len() + j * outside_points(self.family);
+        let upper_height = self.lower_height + length;
+        let above = (self.family.highest() - upper_height).max(0.0);
+        let flutes = (1..=FLUTES_ABOVE).map(|i| {
+            let height = upper_height + above * i as f64 / FLUTES_ABOVE as f64;
+            (height, self.family.radius(height).0)
+        });
+        let points: Vec<(f64, f64)> = flutes.chain(self.family.body().iter().copied()).collect();
+        for (i, (height, radius)) in points.into_iter().enumerate() {
+            let f = (height - self.lower_height) / length;
+            if f < 1.0 {
+                continue;
+            }
+            let centre = a + d * (height - self.lower_height);
+            let foot = self.chart.foot(&centre, self.hints[first + i])?;
+            self.hints[first + i] = foot.frame.place;
+            let deviation = foot.distance - radius;
+            if deviation >= 0.0 || !foot.frame.inside() {
+                continue;
+            }
+            // c = a + beta d at fixed beta, so only the turn of d counts: its part along d drops out.
+            let n = foot.frame.normal;
+            let turned = (n - d * n.dot(d)) * f;
+            rows.push(Row { time: j, lower: n - turned, upper: turned, residual: deviation, weight: scale });
+        }
+        Some(())
+    }
+}
+
+/// The rest of the tool is looked at every so many instants: it must only stay clear.
+const CLEARANCE_STRIDE: usize = 4;
+/// Points sampled on the flutes above the strip.
+const FLUTES_ABOVE: usize = 6;
+
+fn outside_points(family: &SphereFamily) -> usize {
+    FLUTES_ABOVE + family.body().len()
+}
+
+impl LeastSquares for StripFit<'_> {
+    fn unknowns(&self) -> usize {
+        self.knots.controls() * BLOCK
+    }
+
+    fn half_bandwidth(&self) -> usize {
+        4 * BLOCK - 1
+    }
+
+    fn assemble(&mut self, x: &[f64], equations: &mut NormalEquations) -> Option<()> {
+        let mut rows = Vec::new();
+        for j in 0..self.times.len() {
+            rows.clear();
+            self.rows_at(x, j, &mut rows)?;
+            for row in &rows {
+                self.add_row(row, equations);
+            }
+        }
+        self.add_fairness(x, equations, self.weights.fairness);
+        Some(())
+    }
+}

@@ -1,0 +1,217 @@
+//! Everything between the cuts: lead-in and lead-out along the motion, retracts, and links through free space.
+//!
+//! Free space is the outside of a sphere around part and check surfaces. A link runs on a larger sphere with the tool
+//! pointing away from its centre, so it is clear by construction; the ways in and out are tested.
+
+use crate::diagnostic::{Diagnostic, Result};
+use crate::geometry::{Direction, Point, Vector};
+use crate::motion::pose::{angle_between, great_circle};
+use crate::motion::{Pass, PassKind, PassMotion, Pose, RuledMotion};
+use crate::tool::{Element, Tool};
+
+/// Surface points that the tool must not enter, with a sphere around them.
+pub(super) struct Obstacles {
+    points: Vec<Point>,
+    centre: Point,
+    radius: f64,
+}
+
+impl Obstacles {
+    /// Gathers points of part and check surfaces.
+    pub(super) fn new(points: Vec<Point>) -> Option<Self> {
+        let first = points.first()?.coords;
+        let (low, high) = points.iter().fold((first, first), |(l, h), p| (l.inf(&p.coords), h.sup(&p.coords)));
+        let centre = Point::from((low + high) / 2.0);
+        let radius = points.iter().map(|p| (p - centre).norm()).fold(0.0, f64::max);
+        Some(Self { points, centre, radius })
+    }
+
+    /// Least distance, mm, between the points and the tool, measured across its axis; negative inside the tool.
+    fn clearance(&self, tool: &Tool, pose: &Pose) -> f64 {
+        let d = pose.axis.into_inner();
+        let elements: Vec<&Element> = tool.flutes().iter().chain(tool.body().map(|(_, e)| e)).collect();
+        let mut least = f64::INFINITY;
+        for p in &self.points {
+            let from = p - pose.tip;
+            let height = from.dot(&d);
+            let radius = (from - d * height).norm();
+            if height < 0.0 {
+                least = least.min(height.hypot((radius - tool.max_radius()).max(0.0)));
+                continue;
+            }
+            let profile = elements.iter().filter_map(|e| radius_at(e, height)).fold(0.0, f64::max);
+            least = least.min(radius - profile);
+        }
+        least
+    }
+}
+
+/// Largest radius of an element at a height it reaches.
+fn radius_at(element: &Element, height: f64) -> Option<f64> {
+    let (a, b) = (element.start(), element.end());
+    if !(a.height.min(b.height)..=a.height.max(b.height)).contains(&height) {
+        return None;
+    }
+    match element {
+        Element::Line { .. } if b.height - a.height < 1e-9 => Some(a.radius.max(b.radius)),
+        Element::Line { .. } => Some(a.radius + (b.radius - a.radius) * (height - a.height) / (b.height - a.height)),
+        Element::Arc { centre, radius, .. } => {
+            let off = height - centre.height;
+            Some((centre.radius + (radius * radius - off * off).max(0.0).sqrt()).max(0.0))
+        }
+    }
+}
+
+/// Sizes of the moves between cuts, mm.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct LinkSizes {
+    /// Length of lead-in and lead-out.
+    pub(super) lead: f64,
+    /// How far the tool stands off the surface before it leads in and after it leads out.
+    pub(super) stand_off: f64,
+    /// Distance between the clearance sphere and everything inside.
+    pub(super) clearance: f64,
+}
+
+/// The poses around one cut.
+struct Ways {
+    outer_start: Pose,
+    lateral_start: Pose,
+    lead_start: Pose,
+    start: Pose,
+    end: Pose,
+    lead_end: Pose,
+    lateral_end: Pose,
+    outer_end: Pose,
+}
+
+/// Joins the strips' motions, in order, into passes. `normals` are the outward normals at start and end of each strip.
+pub(super) fn link(
+    strips: &[RuledMotion],
+    normals: &[(Vector, Vector)],
+    tool: &Tool,
+    obstacles: &Obstacles,
+    sizes: &LinkSizes,
+) -> Result<Vec<Pass>> {
+    let mut passes: Vec<Pass> = Vec::new();
+    let mut before: Option<Pose> = None;
+    for (index, (motion, normals)) in strips.iter().zip(normals).enumerate() {
+        let strip = Some(index as u32);
+        let ways = ways(motion, normals, tool, obstacles, sizes)
+            .map_err(|d| Box::new(Diagnostic { message: format!("strip {}: {}", index + 1, d.message), ..*d }))?;
+        let mut poses = |kind, poses: Vec<Pose>| passes.push(Pass { kind, strip, motion: PassMotion::Poses(poses) });
+        let mut way_in = match before {
+            None => vec![ways.outer_start],
+            Some(pose) => over(&pose, &ways.outer_start, obstacles, sizes),
+        };
+        way_in.push(ways.lateral_start);
+        poses(PassKind::Rapid, way_in);
+        poses(PassKind::Approach, vec![ways.lateral_start, ways.lead_start]);
+        poses(PassKind::LeadIn, vec![ways.lead_start, ways.start]);
+        passes.push(Pass { kind: PassKind::Cut, strip, motion: PassMotion::Ruled(motion.clone()) });
+        let mut poses = |kind, poses: Vec<Pose>| passes.push(Pass { kind, strip, motion: PassMotion::Poses(poses) });
+        poses(PassKind::LeadOut, vec![ways.end, ways.lead_end]);
+        poses(PassKind::Retract, vec![ways.lead_end, ways.lateral_end]);
+        poses(PassKind::Rapid, vec![ways.lateral_end, ways.outer_end]);
+        before = Some(ways.outer_end);
+    }
+    Ok(passes)
+}
+
+fn ways(
+    motion: &RuledMotion,
+    normals: &(Vector, Vector),
+    tool: &Tool,
+    obstacles: &Obstacles,
+    sizes: &LinkSizes,
+) -> Result<Ways> {
+    let (first, last) = motion.domain();
+    let degenerate = || Diagnostic::error("the fitted rails meet, so the tool has no axis there");
+    let (start, lead_start) = lead(motion, first, -sizes.lead).ok_or_else(degenerate)?;
+    let (end, lead_end) = lead(motion, last, sizes.lead).ok_or_else(degenerate)?;
+    let (lateral_start, outer_start) = way_out(&lead_start, &normals.0, tool, obstacles, sizes)?;
+    let (lateral_end, outer_end) = way_out(&lead_end, &normals.1, tool, obstacles, sizes)?;
+    Ok(Ways { outer_start, lateral_start, lead_start, start, end, lead_end, lateral_end, outer_end })
+}
+
+/// The pose at `t`, and the one `way` mm farther along the motion's tangent there.
+fn lead(motion: &RuledMotion, t: f64, way: f64) -> Option<(Pose, Pose)> {
+    let rate = motion.pose_rate(t)?;
+    let middle = (motion.upper.point(t) - motion.lower.point(t)).norm() / 2.0 + motion.lower_height;
+    let speed = (rate.tip_rate + rate.axis_rate * middle).norm();
+    let time = way / speed;
+    let axis = Direction::try_new(rate.pose.axis.into_inner() + rate.axis_rate * time, 1e-9)?;
+    let ahead = Pose { tip: rate.pose.tip + rate.tip_rate * time, axis };
+    time.is_finite().then_some((rate.pose, ahead))
+}
+
+/// Off the surface along its normal, then out of the clearance sphere along the tool's axis.
+fn way_out(
+    from: &Pose,
+    normal: &Vector,
+    tool: &Tool,
+    obstacles: &Obstacles,
+    sizes: &LinkSizes,
+) -> Result<(Pose, Pose)> {
+    let sphere = link_radius(tool, obstacles, sizes);
+    let mut best = f64::NEG_INFINITY;
+    for factor in [1.0, 2.0, 4.0, 8.0] {
+        let lateral = Pose { tip: from.tip + normal * (sizes.stand_off * factor), axis: from.axis };
+        let way = distance_to_sphere(&lateral, &obstacles.centre, sphere);
+        let outer = Pose { tip: lateral.at_height(way), axis: lateral.axis };
+        let count = 24;
+        let least = (0..=count)
+            .map(|i| obstacles.clearance(tool, &lateral.interpolate(&outer, f64::from(i) / f64::from(count))))
+            .fold(f64::INFINITY, f64::min);
+        if least > 0.2 * sizes.stand_off {
+            return Ok((lateral, outer));
+        }
+        best = best.max(least);
+    }
+    Err(Diagnostic::error(format!(
+        "the tool cannot leave along its axis without coming within {best:.3} mm of the part or a check surface"
+    ))
+    .help("give a longer lead, a smaller shank or holder, or turn the part so that the tool can leave freely"))
+}
+
+/// Radius of the sphere of tool tips on which links run.
+fn link_radius(tool: &Tool, obstacles: &Obstacles, sizes: &LinkSizes) -> f64 {
+    obstacles.radius + tool.body_radius() + sizes.clearance
+}
+
+/// How far a tip travels along its axis until it leaves a sphere around `centre`; 0 when it is outside already and
+/// moving away.
+fn distance_to_sphere(pose: &Pose, centre: &Point, radius: f64) -> f64 {
+    let from = pose.tip - centre;
+    let along = from.dot(&pose.axis);
+    let root = along * along - from.norm_squared() + radius * radius;
+    if root <= 0.0 { 0.0 } else { (root.sqrt() - along).max(0.0) }
+}
+
+/// From pose to pose outside the clearance sphere: up to the link sphere, over it, and down again.
+fn over(from: &Pose, to: &Pose, obstacles: &Obstacles, sizes: &LinkSizes) -> Vec<Pose> {
+    let radial = |pose: &Pose| Direction::try_new(pose.tip - obstacles.centre, 1e-9);
+    let (Some(first), Some(last)) = (radial(from), radial(to)) else { return vec![*from, *to] };
+    let steps = (angle_between(&first, &last).to_degrees() / 4.0).ceil().max(1.0) as usize;
+    let reach = (from.tip - obstacles.centre).norm().max((to.tip - obstacles.centre).norm()) + 0.1 * sizes.clearance;
+    let arc = |axis: &dyn Fn(f64, &Direction) -> Direction| -> Vec<Pose> {
+        (0..=steps)
+            .map(|i| {
+                let share = i as f64 / steps as f64;
+                let out = great_circle(&first, &last, share);
+                Pose { tip: obstacles.centre + out.into_inner() * reach, axis: axis(share, &out) }
+            })
+            .collect()
+    };
+    let turned = arc(&|share, _| great_circle(&from.axis, &to.axis, share));
+    let outward = |p: &Pose| (p.tip - obstacles.centre).dot(&p.axis) >= 0.0;
+    let mut way = vec![*from];
+    if turned.iter().all(outward) {
+        way.extend(turned);
+    } else {
+        // Turning the axis outward first keeps the whole tool outside the sphere all the way.
+        way.extend(arc(&|_, out| *out));
+    }
+    way.push(*to);
+    way
+}

@@ -1,0 +1,278 @@
+//! Divides the surface into strips, fits them, and joins them into one path.
+
+use super::chart::{Chart, Frame};
+use super::fit::SphereFamily;
+use super::layout::choose_layout;
+use super::link::{LinkSizes, Obstacles, link};
+use super::start::Band;
+use super::strip::{FittedStrip, Limits, Resolution, fit_strip, lay_strip};
+use super::{Method, PlanRequest, StrategyKind};
+use crate::diagnostic::{Diagnostic, Result};
+use crate::geometry::{Point, Vector};
+use crate::motion::{Pass, RuledMotion};
+use crate::part::OrientedSpline;
+use crate::tool::Tool;
+use rayon::prelude::*;
+
+/// Strips tried when the number is free.
+const MOST_STRIPS: usize = 80;
+/// Overlap of strips over each other and over the surface's borders, mm.
+const OVERLAP: f64 = 0.25;
+/// How far strips run past the surface's ends before they lead out, mm: far enough for the fit's free ends.
+const OVERRUN: f64 = 3.0;
+/// Most rounds in which borders are moved to even out the strips' errors.
+const EVENING_ROUNDS: usize = 3;
+
+/// One planning run.
+pub(super) struct Planner<'a> {
+    request: &'a PlanRequest<'a>,
+    chart: Chart<'a>,
+    family: SphereFamily,
+}
+
+impl<'a> Planner<'a> {
+    pub(super) fn new(request: &'a PlanRequest<'a>, spline: &'a OrientedSpline) -> Result<Self> {
+        let tool = request.tool;
+        let from = request.strategy.engage_from.unwrap_or_else(|| default_engagement(tool));
+        let family = SphereFamily::new(tool, from).ok_or_else(|| {
+            Diagnostic::error(format!("the tool has no flank above {from} mm to mill with"))
+                .help("give a longer flute_length, or a smaller [strategy] engage_from")
+        })?;
+        let layout = choose_layout(request, spline, &family)?;
+        let planner = Self { request, chart: Chart::new(spline, layout), family };
+        planner.check_concavity()?;
+        Ok(planner)
+    }
+
+    /// Strips in number as asked for, or as few as the tolerance needs.
+    pub(super) fn strips(&self) -> Result<Vec<FittedStrip>> {
+        let strategy = self.request.strategy;
+        let fixed = match (strategy.kind, strategy.strips) {
+            (StrategyKind::SingleSweep, _) => Some(1),
+            (StrategyKind::MultiStrip, count) => count,
+        };
+        if let Some(count) = fixed {
+            return self.even(count);
+        }
+        let mut count = 1;
+        loop {
+            let found = self.even(count);
+            let strain = found.as_ref().map_or(16.0, |strips| self.strain(strips));
+            // The error falls with the square of the width, or faster.
+            let next = (count + 1).max((count as f64 * strain.sqrt().min(4.0) * 0.8).floor() as usize);
+            if strain <= 1.0 || next > MOST_STRIPS {
+                return found;
+            }
+            count = next;
+        }
+    }
+
+    fn strain(&self, strips: &[FittedStrip]) -> f64 {
+        let limits = self.limits();
+        strips.iter().map(|s| limits.strain(&s.deviation)).fold(0.0, f64::max)
+    }
+
+    /// `count` strips whose borders are moved until their errors are alike, or all small enough.
+    fn even(&self, count: usize) -> Result<Vec<FittedStrip>> {
+        let mut borders = self.equal_borders(count)?;
+        let mut best = self.fit(&borders)?;
+        if self.request.strategy.method == Method::Rulings {
+            return Ok(best);
+        }
+        let mut last = best.clone();
+        for _ in 0..EVENING_ROUNDS {
+            if count == 1 || self.strain(&best) <= 0.8 {
+                break;
+            }
+            let limits = self.limits();
+            let widths: Vec<f64> = borders
+                .windows(2)
+                .zip(&last)
+                .map(|(pair, strip)| (pair[1] - pair[0]) * limits.strain(&strip.deviation).max(0.05).powf(-0.35))
+                .collect();
+            let total: f64 = widths.iter().sum();
+            for (i, width) in widths.iter().enumerate().take(count - 1) {
+                borders[i + 1] = borders[i] + width / total;
+            }
+            let Ok(moved) = self.fit(&borders) else { break };
+            if self.strain(&moved) < self.strain(&best) {
+                best = moved.clone();
+            }
+            last = moved;
+        }
+        Ok(best)
+    }
+
+    /// Planned errors leave room for blocks and rounding.
+    fn limits(&self) -> Limits {
+        let room = |tolerance: f64| (tolerance - self.request.linearization).max(0.5 * tolerance).max(1e-6);
+        Limits { overcut: room(self.request.overcut_tolerance), undercut: room(self.request.undercut_tolerance) }
+    }
+
+    fn fit(&self, borders: &[f64]) -> Result<Vec<FittedStrip>> {
+        let count = borders.len() - 1;
+        let fitted: Vec<Result<FittedStrip>> = borders
+            .par_windows(2)
+            .enumerate()
+            .map(|(index, pair)| self.fit_one(pair[0], pair[1]).map_err(|e| name_strip(e, index, count)))
+            .collect();
+        fitted.into_iter().collect()
+    }
+
+    fn fit_one(&self, low: f64, high: f64) -> Result<FittedStrip> {
+        let (band, resolution) = self.band(low, high)?;
+        let (chart, tool, family) = (&self.chart, self.request.tool, &self.family);
+        let strategy = self.request.strategy;
+        let fitted = match strategy.method {
+            Method::Rulings => lay_strip(chart, tool, family, &band, &resolution),
+            Method::Regulus => {
+                fit_strip(chart, tool, family, &band, (&resolution, &self.limits()), 1e-9 * strategy.fairness)
+            }
+        };
+        let strip = fitted.map_err(|e| {
+            Diagnostic::error(e.to_string()).help("use more strips, a shorter or slimmer tool, or another direction")
+        })?;
+        self.check_engagement(&strip)?;
+        Ok(strip)
+    }
+
+    /// The flank must be long enough for the strip.
+    fn check_engagement(&self, strip: &FittedStrip) -> Result<()> {
+        let motion = &strip.motion;
+        let (start, end) = motion.domain();
+        let reach = self.family.highest() - motion.lower_height;
+        for i in 0..=100 {
+            let t = start + (end - start) * f64::from(i) / 100.0;
+            let needed = (motion.upper.point(t) - motion.lower.point(t)).norm();
+            if needed > reach + 1e-6 {
+                let at = motion.lower.point(t);
+                return Err(Diagnostic::error(format!(
+                    "the tool is too short by {:.3} mm: near ({:.2}, {:.2}, {:.2}) the strip needs {needed:.3} mm of flank, the tool has {reach:.3} mm",
+                    needed - reach, at.x, at.y, at.z
+                ))
+                .help("give a longer [tool] flute_length, a smaller [strategy] engage_from, or more strips"));
+            }
+        }
+        Ok(())
+    }
+
+    /// The tool must fit into the hollows of the part, across its axis.
+    fn check_concavity(&self) -> Result<()> {
+        let radius = self.family.radius(self.family.lowest()).0.min(self.family.radius(self.family.highest()).0);
+        let mut worst: Option<(f64, Point)> = None;
+        for i in 0..=40 {
+            for j in 0..=40 {
+                let place = (f64::from(i) / 40.0, f64::from(j) / 40.0);
+                let frame = self.frame(place)?;
+                let Some((tangent, _)) = frame.along_gauge() else { continue };
+                let hollow = self.chart.curvature(place, &tangent).unwrap_or(0.0);
+                if hollow * radius >= 1.0 && worst.is_none_or(|(w, _)| hollow > w) {
+                    worst = Some((hollow, frame.point));
+                }
+            }
+        }
+        let Some((hollow, at)) = worst else { return Ok(()) };
+        Err(Diagnostic::error(format!(
+            "the tool is too big for the part: near ({:.3}, {:.3}, {:.3}) the surface is hollow with radius {:.3} mm across the axis, the slimmest part of the flank has {radius:.3} mm",
+            at.x, at.y, at.z, 1.0 / hollow
+        ))
+        .help("use a tool with a smaller diameter, or another cutting direction"))
+    }
+
+    /// Values of g that divide the surface into `count` bands of equal mean width.
+    fn equal_borders(&self, count: usize) -> Result<Vec<f64>> {
+        let fine = 200;
+        let mut lengths = vec![0.0];
+        for i in 0..fine {
+            let mut step = 0.0;
+            for j in 0..=8 {
+                let at = |g: usize| self.frame((g as f64 / f64::from(fine), f64::from(j) / 8.0));
+                step += (at(i as usize + 1)?.point - at(i as usize)?.point).norm();
+            }
+            lengths.push(lengths[i as usize] + step);
+        }
+        let total = lengths[fine as usize];
+        let mut borders = vec![0.0];
+        for i in 1..count {
+            let wanted = total * i as f64 / count as f64;
+            let at = lengths.partition_point(|l| *l < wanted).clamp(1, fine as usize);
+            let share = (wanted - lengths[at - 1]) / (lengths[at] - lengths[at - 1]);
+            borders.push((at as f64 - 1.0 + share) / f64::from(fine));
+        }
+        borders.push(1.0);
+        Ok(borders)
+    }
+
+    fn frame(&self, place: (f64, f64)) -> Result<Frame> {
+        self.chart.frame(place).ok_or_else(|| {
+            Diagnostic::error(format!("the surface has no normal near {place:?} of its parameters"))
+                .help("repair the surface: it has a fold or a pole there")
+        })
+    }
+
+    fn band(&self, low: f64, high: f64) -> Result<(Band, Resolution)> {
+        let (mut narrow, mut long) = (f64::INFINITY, 0.0);
+        for j in 0..=8 {
+            let h = f64::from(j) / 8.0;
+            narrow = (self.frame((high, h))?.point - self.frame((low, h))?.point).norm().min(narrow);
+            if j > 0 {
+                let middle = 0.5 * (low + high);
+                long += (self.frame((middle, h))?.point - self.frame((middle, h - 0.125))?.point).norm();
+            }
+        }
+        let overlap = OVERLAP * (high - low) / narrow;
+        // A control point about every two millimetres; looked at twice as densely, so that nodes hide no overshoot.
+        let controls = ((long / 2.0).ceil() as usize).clamp(24, 60);
+        let resolution = Resolution { controls, instants: 2 * controls + 1, heights: 15 };
+        let band = Band {
+            low: low - overlap,
+            high: high + overlap,
+            overrun: OVERRUN / long,
+            instants: resolution.instants,
+            slanted: self.request.strategy.method == Method::Regulus,
+        };
+        Ok((band, resolution))
+    }
+
+    /// Leads, links and retracts around the strips.
+    pub(super) fn passes(&self, motions: &[RuledMotion]) -> Result<Vec<Pass>> {
+        let request = self.request;
+        let mut points: Vec<Point> = Vec::new();
+        for surface in std::iter::once(&request.part.surface).chain(&request.part.check) {
+            let spacing = (surface.area().sqrt() / 60.0).max(1e-3);
+            points.extend(surface.sample(spacing).samples.iter().map(|s| s.point));
+        }
+        let obstacles = Obstacles::new(points).ok_or_else(|| Diagnostic::error("the part's surface has no points"))?;
+        let sizes = LinkSizes {
+            lead: request.strategy.lead.unwrap_or_else(|| request.tool.max_radius()),
+            stand_off: request.strategy.stand_off.unwrap_or(2.0),
+            clearance: 10.0,
+        };
+        let normals = motions.iter().map(|m| self.end_normals(m)).collect::<Result<Vec<_>>>()?;
+        link(motions, &normals, request.tool, &obstacles, &sizes)
+    }
+
+    fn end_normals(&self, motion: &RuledMotion) -> Result<(Vector, Vector)> {
+        let (start, end) = motion.domain();
+        let at = |t: f64, h: f64| {
+            let middle = nalgebra::center(&motion.lower.point(t), &motion.upper.point(t));
+            self.chart.foot(&middle, (0.5, h)).map(|foot| foot.frame.normal).ok_or_else(|| {
+                Diagnostic::error("the surface's extension has no normal where the tool leads in or out")
+                    .help("give a shorter [strategy] lead")
+            })
+        };
+        Ok((at(start, 0.0)?, at(end, 1.0)?))
+    }
+}
+
+/// The flank is used from a little above its lowest conical, cylindrical or barrel-shaped point.
+fn default_engagement(tool: &Tool) -> f64 {
+    let flank_start = tool.flutes().last().map_or(0.0, |e| e.start().height);
+    flank_start + 0.02 * (tool.flute_length() - flank_start)
+}
+
+/// Says which strip an error is about.
+fn name_strip(mut error: Box<Diagnostic>, index: usize, count: usize) -> Box<Diagnostic> {
+    error.message = format!("strip {} of {count}: {}", index + 1, error.message);
+    error
+}

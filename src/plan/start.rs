@@ -1,0 +1,205 @@
+//! Where the search starts: one ruling per instant, its slant chosen by dynamic programming.
+//!
+//! A ruling stands on the lower border at time h and on the upper border at h + slant, both end spheres touching
+//! (Rajain 2023, R7). Which slant is right is decided by the part's curvature along the ruling; the best one is found
+//! for all instants together, so that the rails stay smooth and move forward.
+
+use super::chart::Chart;
+use super::fit::{SphereFamily, StripSpec};
+use crate::geometry::Point;
+
+/// Shares of a ruling at which its fit is judged.
+const JUDGED: usize = 9;
+/// Slants tried to each side.
+const SLANTS: i32 = 24;
+/// Largest slant tried, as a multiple of the strip's width.
+const LARGEST_SLANT: f64 = 1.4;
+
+/// A ruling that touches the part with both end spheres, and how well the flank between them fits.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Ruling {
+    /// Centre of the lower sphere, mm.
+    pub(super) lower: Point,
+    /// Centre of the upper sphere, mm.
+    pub(super) upper: Point,
+    /// Root mean square deviation of the flank once the ruling may still shift and tilt, mm.
+    pub(super) misfit: f64,
+}
+
+/// The ruling from (`low`, h) to (`high`, h + slant).
+pub(super) fn ruling(
+    chart: &Chart<'_>,
+    family: &SphereFamily,
+    lower_height: f64,
+    (low, high): (f64, f64),
+    (from, to): (f64, f64),
+) -> Option<Ruling> {
+    let (foot, head) = (chart.frame((low, from))?, chart.frame((high, to))?);
+    let lower = foot.point + foot.normal * family.radius(lower_height).0;
+    let mut upper = head.point + head.normal * family.radius(lower_height).0;
+    for _ in 0..6 {
+        let height = lower_height + (upper - lower).norm();
+        upper = head.point + head.normal * family.radius(height).0;
+    }
+    let (span, length) = (upper - lower, (upper - lower).norm());
+    let mut errors = [0.0; JUDGED];
+    for (k, error) in errors.iter_mut().enumerate() {
+        let f = k as f64 / (JUDGED - 1) as f64;
+        let near = (low + f * (high - low), from + f * (to - from));
+        let at = chart.foot(&(lower + span * f), near)?;
+        *error = at.distance - family.radius(lower_height + f * length).0;
+    }
+    Some(Ruling { lower, upper, misfit: misfit(&errors) })
+}
+
+/// Root mean square distance of equally spaced values from their regression line.
+fn misfit(values: &[f64]) -> f64 {
+    let n = values.len() as f64;
+    let middle = (n - 1.0) / 2.0;
+    let mean = values.iter().sum::<f64>() / n;
+    let (mut moment, mut spread) = (0.0, 0.0);
+    for (i, v) in values.iter().enumerate() {
+        let x = i as f64 - middle;
+        moment += x * v;
+        spread += x * x;
+    }
+    let slope = moment / spread;
+    let squares: f64 = values.iter().enumerate().map(|(i, v)| (v - mean - slope * (i as f64 - middle)).powi(2)).sum();
+    (squares / n).sqrt()
+}
+
+/// The borders (`low`, `high`), and how many instants.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Band {
+    /// g of the lower border, margins included.
+    pub(super) low: f64,
+    /// g of the upper border, margins included.
+    pub(super) high: f64,
+    /// Overrun beyond both ends of the surface, in h.
+    pub(super) overrun: f64,
+    /// Time samples.
+    pub(super) instants: usize,
+    /// False: rulings stand across the strip, at equal h on both borders.
+    pub(super) slanted: bool,
+}
+
+/// A strip ready to be fitted: where its rails start and end, and a ruling per instant.
+#[derive(Clone, Debug)]
+pub(super) struct StripStart {
+    /// Borders and times.
+    pub(super) spec: StripSpec,
+    /// One ruling per time sample: sphere centres on the lower and the upper rail.
+    pub(super) rulings: Vec<(Point, Point)>,
+    /// Root mean square of the rulings' misfits, mm.
+    pub(super) misfit: f64,
+}
+
+/// Chooses slants, then lays rulings so that both ends of each pass the surface's edges.
+pub(super) fn start_strip(
+    chart: &Chart<'_>,
+    family: &SphereFamily,
+    lower_height: f64,
+    band: &Band,
+) -> Option<StripStart> {
+    let coarse = 25.min(band.instants);
+    let times: Vec<f64> = (0..coarse).map(|j| j as f64 / (coarse - 1) as f64).collect();
+    let slants = match band.slanted {
+        true => choose_slants(chart, family, lower_height, band, &times)?,
+        false => vec![0.0; coarse],
+    };
+    let slant = |h: f64| -> f64 {
+        let x = h.clamp(0.0, 1.0) * (coarse - 1) as f64;
+        let i = (x as usize).min(coarse - 2);
+        slants[i] + (x - i as f64) * (slants[i + 1] - slants[i])
+    };
+    let first = (-slants[0]).min(0.0) - band.overrun;
+    let last = (1.0 - slants[coarse - 1]).max(1.0) + band.overrun;
+    let lower_time: Vec<f64> =
+        (0..band.instants).map(|j| first + (last - first) * j as f64 / (band.instants - 1) as f64).collect();
+    let upper_time: Vec<f64> = lower_time.iter().map(|h| h + slant(*h)).collect();
+    let mut rulings = Vec::with_capacity(band.instants);
+    let mut squares = 0.0;
+    for (from, to) in lower_time.iter().zip(&upper_time) {
+        let found = ruling(chart, family, lower_height, (band.low, band.high), (*from, *to))?;
+        squares += found.misfit * found.misfit;
+        rulings.push((found.lower, found.upper));
+    }
+    let misfit = (squares / band.instants as f64).sqrt();
+    let spec = StripSpec { low: band.low, high: band.high, lower_time, upper_time };
+    Some(StripStart { spec, rulings, misfit })
+}
+
+/// The slant, in h, at each of `times`: least sum of squared misfits plus a price for turning the axis.
+fn choose_slants(
+    chart: &Chart<'_>,
+    family: &SphereFamily,
+    lower_height: f64,
+    band: &Band,
+    times: &[f64],
+) -> Option<Vec<f64>> {
+    let middle = chart.frame((0.5 * (band.low + band.high), 0.5))?;
+    let width = (chart.frame((band.high, 0.5))?.point - chart.frame((band.low, 0.5))?.point).norm();
+    let step = LARGEST_SLANT * width / f64::from(SLANTS) / middle.along.norm();
+    let candidates: Vec<f64> = (-SLANTS..=SLANTS).map(|i| f64::from(i) * step).collect();
+    let interval = times[1] - times[0];
+    let price = 1e-9 * width * width;
+    let mut best: Vec<f64> = Vec::new();
+    let mut from: Vec<Vec<usize>> = Vec::new();
+    for (j, h) in times.iter().enumerate() {
+        let local: Vec<f64> = candidates
+            .iter()
+            .map(|slant| {
+                let found = ruling(chart, family, lower_height, (band.low, band.high), (*h, h + slant));
+                let lean = slant / (step * f64::from(SLANTS));
+                found.map_or(f64::INFINITY, |r| r.misfit * r.misfit + price * lean * lean)
+            })
+            .collect();
+        if j == 0 {
+            best = local;
+            continue;
+        }
+        let mut next = vec![f64::INFINITY; candidates.len()];
+        let mut back = vec![0; candidates.len()];
+        for (c, slant) in candidates.iter().enumerate() {
+            for (p, previous) in candidates.iter().enumerate() {
+                let turn = slant - previous;
+                // The upper rail must move forward, by at least a third of the lower one's way.
+                if interval + turn < interval / 3.0 {
+                    continue;
+                }
+                let steps = turn / step;
+                let cost = best[p] + local[c] + price * steps * steps;
+                if cost < next[c] {
+                    next[c] = cost;
+                    back[c] = p;
+                }
+            }
+        }
+        best = next;
+        from.push(back);
+    }
+    let mut at = (0..best.len()).min_by(|a, b| best[*a].total_cmp(&best[*b]))?;
+    if !best[at].is_finite() {
+        return None;
+    }
+    let mut chosen = vec![candidates[at]];
+    for back in from.iter().rev() {
+        at = back[at];
+        chosen.push(candidates[at]);
+    }
+    chosen.reverse();
+    Some(chosen)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn misfit_ignores_shift_and_tilt() {
+        let line: Vec<f64> = (0..JUDGED).map(|i| 3.0 - 0.7 * i as f64).collect();
+        assert!(misfit(&line) < 1e-12);
+        let bent: Vec<f64> = (0..JUDGED).map(|i| (i as f64 - 4.0).powi(2)).collect();
+        assert!(misfit(&bent) > 1.0);
+    }
+}
