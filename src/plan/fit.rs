@@ -271,7 +271,7 @@ impl<'a> StripFit<'a> {
         let (a, b) = self.rails(x, j);
         let span = b - a;
         let length = span.norm();
-        if !(length > 1e-6) {
+        if length <= 1e-6 || !length.is_finite() {
             return None;
         }
         let d = span / length;
