@@ -12,6 +12,8 @@
 //! a run of feed moves and to rest at its end is the control's own business, as are rapids, which run from rest to rest.
 
 mod profile;
+#[cfg(test)]
+mod tests;
 
 use crate::machine::{AxisMove, Machine, Segment, Setup};
 use crate::motion::{FeedReference, ToolPath};

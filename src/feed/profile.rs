@@ -14,7 +14,10 @@
 /// Rounds of repair before the whole run is stretched, which always suffices.
 const ROUNDS: usize = 400;
 
-/// Stretches `times` (s) so that every joint keeps the accelerations `limits`; `travels` are the axes' ways in each
+/// Overload that is rounding of the closed forms, as a share.
+const ROUNDING: f64 = 1e-6;
+
+/// Stretches `times` (s) so that every joint keeps the accelerations `limits` to within a millionth; `travels` are the axes' ways in each
 /// block and `lengths` the way of the tool in the part, mm.
 pub(super) fn stretch(times: &mut [f64], travels: &[[f64; 5]], lengths: &[f64], limits: &[f64; 5]) {
     let run = Run { travels, limits };
@@ -73,9 +76,9 @@ impl Run<'_> {
         for step in 1..count {
             let i = if forward { step } else { count - step };
             let load = self.load(i, times[i - 1], times[i]);
-            if load > 1.0 {
+            if load > 1.0 + ROUNDING {
                 found = true;
-                let factor = load.sqrt() * (1.0 + 1e-9);
+                let factor = load.sqrt();
                 times[i - 1] *= factor;
                 times[i] *= factor;
             }
@@ -114,7 +117,7 @@ mod tests {
         let run = Run { travels, limits: &LIMITS };
         for i in 1..times.len() {
             let load = run.load(i, times[i - 1], times[i]);
-            assert!(load <= 1.0 + 1e-9, "joint {i}: {load}");
+            assert!(load <= 1.0 + ROUNDING, "joint {i}: {load}");
         }
         times
     }
@@ -131,15 +134,15 @@ mod tests {
     fn corner_is_slowed_and_left_with_full_acceleration() {
         let mut travels = vec![[0.1, 0.0, 0.0, 0.0, 0.0]; 200];
         travels[100..].fill([0.0, 0.1, 0.0, 0.0, 0.0]);
-        let times = stretched(vec![0.1 / 50.0; 200], &travels);
+        let times = stretched(vec![0.1 / 30.0; 200], &travels);
         let squared: Vec<f64> = times.iter().map(|t| (0.1 / t).powi(2)).collect();
         assert!((squared[99] - 10.0).abs() < 1e-6 && (squared[100] - 10.0).abs() < 1e-6, "{}", squared[100]);
         let run = Run { travels: &travels, limits: &LIMITS };
-        for i in 50..150 {
+        for i in 60..140 {
             assert!(run.load(i, times[i - 1], times[i]) > 0.999_999, "joint {i} could be faster");
         }
-        assert!(((squared[150] - squared[130]) / 20.0 - 20.0).abs() < 0.1, "{}", squared[150] - squared[130]);
-        assert!((times[0] - 0.002).abs() < 1e-12, "far away the feed is kept");
+        assert!(((squared[140] - squared[120]) / 20.0 - 20.0).abs() < 0.1, "{}", squared[140] - squared[120]);
+        assert!((times[0] - 0.1 / 30.0).abs() < 1e-12, "far away the feed is kept");
     }
 
     #[test]

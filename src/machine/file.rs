@@ -72,17 +72,10 @@ struct RawRotary {
 }
 
 #[derive(Debug, Deserialize)]
-#[serde(untagged, expecting = "two numbers in square brackets, degrees, or \"unlimited\" or \"wrapped\"")]
+#[serde(untagged, expecting = "limits must be two numbers in square brackets, degrees, or text")]
 enum RawTravel {
     Limits([f64; 2]),
-    Endless(Endless),
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-enum Endless {
-    Unlimited,
-    Wrapped,
+    Endless(String),
 }
 
 #[derive(Debug, Deserialize)]
@@ -228,8 +221,15 @@ impl Reader<'_> {
                 let [min, max] = self.limits(&path, *limits, WIDEST, "degrees")?;
                 Travel::Limited { min: min.to_radians(), max: max.to_radians() }
             }
-            RawTravel::Endless(Endless::Unlimited) => Travel::Unlimited,
-            RawTravel::Endless(Endless::Wrapped) => Travel::Wrapped,
+            RawTravel::Endless(how) if how == "unlimited" => Travel::Unlimited,
+            RawTravel::Endless(how) if how == "wrapped" => Travel::Wrapped,
+            RawTravel::Endless(other) => {
+                return self.bad(
+                    &format!("{path}.limits"),
+                    format!("\"{other}\" is not a travel"),
+                    "write [lower, upper] in degrees, or \"unlimited\", or \"wrapped\"",
+                );
+            }
         };
         Ok(RotaryAxis {
             letter,

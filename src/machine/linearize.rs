@@ -95,23 +95,16 @@ fn rounded(setup: &Setup, axes: &AxisPosition, tcp: bool) -> AxisPosition {
     setup.axes_from_words(&words, axes, tcp)
 }
 
-/// Rounded ends may not pass a limit that the exact ones kept by a hair; the track kept them all inside.
+/// The track kept its stops inside the limits; ends between them and rounded ones must be inside, too.
 fn inside_limits(path: &ToolPath, setup: &Setup, moves: &[AxisMove]) -> Result<()> {
-    let machine = setup.machine();
-    for step in moves {
-        for (axis, value) in machine.linear.iter().zip(step.to.linear) {
-            let by = (axis.min - value).max(value - axis.max);
-            if by > 1e-6 {
-                let place = whereabouts(path, step.pass, f64::NAN, &step.pose);
-                return Err(Diagnostic::error(format!(
-                    "{place}: axis {} stands at {value:.4} mm, {by:.4} mm beyond its limits {} to {}",
-                    axis.letter, axis.min, axis.max
-                ))
-                .help("move the work offset, mount the part turned, or choose a machine with more travel"));
-            }
+    let outside = moves.iter().find_map(|step| Some((step, track::excess(setup.machine(), &step.to)?)));
+    match outside {
+        None => Ok(()),
+        Some((step, needs)) => {
+            let place = whereabouts(path, step.pass, &step.pose);
+            Err(Diagnostic::error(format!("{place} is out of reach: {needs}")).help(track::MORE_ROOM))
         }
     }
-    Ok(())
 }
 
 /// A smooth piece of one pass with the rotary positions to follow; or a move that is made in one go.
@@ -302,7 +295,7 @@ impl Cutter<'_> {
 
     fn too_tight(&self, from: &End) -> Box<Diagnostic> {
         let pose = self.setup.forward(&from.axes);
-        let place = whereabouts(self.path, self.stretch.pass, from.t, &pose);
+        let place = whereabouts(self.path, self.stretch.pass, &pose);
         let options = &self.setup.machine().control.options;
         Diagnostic::error(format!(
             "{place}: no block is short enough to stay within {} mm of the path with words of {} and {} decimals",

@@ -3,13 +3,17 @@
 
 pub mod axes;
 mod builtin;
+pub mod check;
 pub mod control;
 mod file;
+#[cfg(test)]
+mod file_tests;
 pub mod linearize;
 pub mod model;
 #[cfg(test)]
-mod path_tests;
+pub(crate) mod path_tests;
 pub mod rotaries;
+pub mod schema;
 pub mod setup;
 mod stations;
 #[cfg(test)]
@@ -19,8 +23,10 @@ mod words;
 
 pub use axes::{AxisMove, AxisPosition, ProgramWords, round_to};
 pub use builtin::{BUILTIN, builtin};
+pub use check::{CheckReport, check};
 pub use control::{Control, Dialect, DialectOptions, FeedMode, TcpInterpolation, WorkOffset};
 pub use linearize::{LinearizeOptions, Linearized, linearize};
 pub use model::{AxisZero, Carrier, LinearAxis, Machine, RotaryAxis, Sense, Spindle, Travel};
 pub use rotaries::Unreachable;
+pub use schema::schema;
 pub use setup::{Interpolation, InverseSolutions, Segment, Setup};

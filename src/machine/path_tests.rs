@@ -24,7 +24,7 @@ pub(crate) fn pass(kind: PassKind, motion: PassMotion) -> Pass {
 }
 
 /// Tool axis at tilt and azimuth, radians.
-fn tilted(tilt: f64, azimuth: f64) -> Direction {
+pub(crate) fn tilted(tilt: f64, azimuth: f64) -> Direction {
     Direction::new_normalize(Vector::new(tilt.sin() * azimuth.cos(), tilt.sin() * azimuth.sin(), tilt.cos()))
 }
 
@@ -55,11 +55,11 @@ pub(crate) fn ruled(pose: impl Fn(f64) -> Pose, controls: usize) -> PassMotion {
     PassMotion::Ruled(RuledMotion { lower: rail(0.0), upper: rail(40.0), lower_height: 0.0 })
 }
 
-fn setup(name: &str) -> Setup {
+pub(crate) fn setup(name: &str) -> Setup {
     Setup::new(&Machine::named(name).unwrap(), "G54", 100.0).unwrap()
 }
 
-fn solve(path: &ToolPath, setup: &Setup, tcp: bool) -> Linearized {
+pub(crate) fn solve(path: &ToolPath, setup: &Setup, tcp: bool) -> Linearized {
     linearize(path, setup, tcp, &LinearizeOptions::default()).unwrap()
 }
 
@@ -96,11 +96,9 @@ fn plane_of_axes_needs_nearly_the_fewest_blocks() {
             let solved = solve(&path, &setup, true);
             let blocks = solved.moves.len() - 1;
             let measured = off_plane(&setup, &solved.moves, true, &from, &to);
-            println!("{name} tilt {:.0}: {blocks} blocks, fewest {fewest:.2}, {measured:.6} mm", tilt.to_degrees());
             assert!(measured <= path.linearization && solved.deviation <= path.linearization, "{measured}");
             assert!(blocks as f64 <= fewest.ceil() * 1.1, "{blocks} blocks for {fewest}");
             let off = solve(&path, &setup, false);
-            println!("   TCP off {} blocks {:.6}", off.moves.len() - 1, off.deviation);
             assert!(off_plane(&setup, &off.moves, false, &from, &to) <= path.linearization);
         }
     }
@@ -123,7 +121,7 @@ fn largest_jump(moves: &[AxisMove]) -> f64 {
 }
 
 /// A path whose axis tilts through the pole, missing it by `miss` radians.
-fn through_the_pole(miss: f64) -> ToolPath {
+pub(crate) fn through_the_pole(miss: f64) -> ToolPath {
     let pose = move |t: f64| {
         let angle = (t - 0.5) * 0.6;
         let axis = Vector::new(angle.sin(), miss.sin(), angle.cos());
@@ -140,7 +138,6 @@ fn poles_are_crossed_on_every_machine() {
             let setup = setup(name);
             for tcp in [true, false] {
                 let solved = solve(&path, &setup, tcp);
-                println!("{name} {miss:.1e} tcp {tcp}: {} blocks {:.6} mm", solved.moves.len(), solved.deviation);
                 assert!(solved.deviation <= path.linearization, "{name} {miss} {}", solved.deviation);
                 assert!(largest_jump(&solved.moves) <= LinearizeOptions::default().largest_turn + 1e-9);
                 let end = path.passes[0].motion.pose(1.0).unwrap();
@@ -252,4 +249,82 @@ fn words_of_the_moves_have_the_dialects_decimals() {
             }
         }
     }
+}
+
+/// A table whose tilting axis lies at 45 degrees: its two branches meet where the tool axis lies level.
+fn nutating() -> Setup {
+    let mut machine = Machine::named("xyzbc-trt").unwrap();
+    machine.rotary[0].direction = Direction::new_normalize(Vector::new(0.0, 1.0, 1.0));
+    Setup::new(&machine, "G54", 100.0).unwrap()
+}
+
+#[test]
+fn nutating_axis_goes_through_pole_and_level_tool() {
+    let setup = nutating();
+    let swing = |low: f64, high: f64, lean: f64| {
+        let pose = move |t: f64| {
+            let angle = low + (high - low) * t;
+            let axis = Vector::new(angle.sin(), lean, angle.cos());
+            Pose { tip: Point::new(30.0 * t, 10.0, 5.0), axis: Direction::new_normalize(axis) }
+        };
+        path(vec![pass(PassKind::Cut, ruled(pose, 24))])
+    };
+    for path in [swing(-0.3, 0.3, 0.0), swing(-0.3, 0.3, 0.01), swing(1.2, PI / 2.0, 0.0)] {
+        for tcp in [true, false] {
+            let solved = solve(&path, &setup, tcp);
+            assert!(solved.deviation <= path.linearization);
+            assert!(largest_jump(&solved.moves) <= LinearizeOptions::default().largest_turn + 1e-9);
+        }
+    }
+    let said = linearize(&swing(1.2, 1.7, 0.0), &setup, true, &LinearizeOptions::default()).unwrap_err().to_string();
+    assert!(said.contains("out of reach: axis B would have to tilt") && said.contains("0.000 to 90.000"), "{said}");
+}
+
+#[test]
+fn free_axis_turns_in_place_where_the_path_turns_at_the_pole() {
+    // Tilts to the pole along one azimuth and leaves along another, 90 degrees away.
+    let at = |tilt: f64, azimuth: f64| Pose { tip: Point::new(50.0, 0.0, 10.0), axis: tilted(tilt, azimuth) };
+    let poses = vec![at(0.3, 0.4), at(0.0, 0.0), at(0.3, 0.4 + PI / 2.0)];
+    let path = path(vec![pass(PassKind::Cut, PassMotion::Poses(poses))]);
+    for name in ["xyzac-trt", "bridgemill", "head-b-table-c"] {
+        let setup = setup(name);
+        let solved = solve(&path, &setup, true);
+        assert!(solved.deviation <= path.linearization);
+        let turned = |p: &[AxisMove]| p[0].pose.distance_along(&p[1].pose, 40.0) < 1e-3;
+        let in_place = solved.moves.windows(2).find(|p| turned(p)).unwrap();
+        assert!(((in_place[1].to.rotary[1] - in_place[0].to.rotary[1]).abs() - PI / 2.0).abs() < 1e-6);
+    }
+}
+
+#[test]
+fn wrapped_axis_comes_back_from_its_words() {
+    let mut machine = Machine::named("bridgemill").unwrap();
+    machine.rotary[1].travel = Travel::Wrapped;
+    let setup = Setup::new(&machine, "G54", 100.0).unwrap();
+    let solved = solve(&path(vec![pass(PassKind::Cut, spiral(1.5))]), &setup, true);
+    let mut before = solved.moves[0].to;
+    for step in &solved.moves {
+        let words = setup.tcp_words(&step.to);
+        assert!((0.0..360.0).contains(&words.rotary[1]));
+        before = setup.axes_from_tcp_words(&words, &before);
+        assert!((before.rotary[1] - step.to.rotary[1]).abs() < 1e-9);
+    }
+}
+
+#[test]
+fn gap_between_passes_is_refused() {
+    let at = |x: f64| Pose { tip: Point::new(x, 0.0, 0.0), axis: Vector::z_axis() };
+    let leg = |a: f64, b: f64| pass(PassKind::Cut, PassMotion::Poses(vec![at(a), at(b)]));
+    let path = path(vec![leg(0.0, 1.0), leg(1.5, 2.0)]);
+    let said = linearize(&path, &setup("bridgemill"), true, &LinearizeOptions::default()).unwrap_err().to_string();
+    assert!(said.contains("pass 1 (cut, strip 0)") && said.contains("0.5000 mm away"), "{said}");
+}
+
+#[test]
+fn allowance_below_the_rounding_of_words_is_refused() {
+    let mut machine = Machine::named("bridgemill").unwrap();
+    machine.control.options.linear_digits = 2;
+    let setup = Setup::new(&machine, "G54", 100.0).unwrap();
+    let said = linearize(&through_the_pole(0.05), &setup, true, &LinearizeOptions::default()).unwrap_err().to_string();
+    assert!(said.contains("no block is short enough") && said.contains("2 and 5 decimals"), "{said}");
 }

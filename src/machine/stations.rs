@@ -43,12 +43,20 @@ impl Station {
 }
 
 /// Names a pose of a path for a message.
-pub(super) fn whereabouts(path: &ToolPath, pass: usize, t: f64, pose: &Pose) -> String {
+pub(super) fn whereabouts(path: &ToolPath, pass: usize, pose: &Pose) -> String {
     let strip = path.passes.get(pass).and_then(|p| p.strip).map(|s| format!(", strip {s}")).unwrap_or_default();
-    let kind = path.passes.get(pass).map(|p| format!("{:?}", p.kind).to_lowercase()).unwrap_or_default();
+    let kind = match path.passes.get(pass).map(|p| p.kind) {
+        Some(PassKind::Cut) => "cut",
+        Some(PassKind::LeadIn) => "lead-in",
+        Some(PassKind::LeadOut) => "lead-out",
+        Some(PassKind::Approach) => "approach",
+        Some(PassKind::Retract) => "retract",
+        Some(PassKind::Rapid) => "rapid",
+        None => "no pass",
+    };
     let (tip, axis) = (pose.tip, pose.axis);
     format!(
-        "pass {pass} ({kind}{strip}) at parameter {t:.6}, tip [{:.3}, {:.3}, {:.3}], axis [{:.5}, {:.5}, {:.5}]",
+        "pass {pass} ({kind}{strip}) at tip [{:.3}, {:.3}, {:.3}], axis [{:.5}, {:.5}, {:.5}]",
         tip.x, tip.y, tip.z, axis.x, axis.y, axis.z
     )
 }
@@ -91,7 +99,7 @@ impl Surveyor<'_> {
         if gap <= self.path.linearization {
             return Ok(());
         }
-        let place = whereabouts(self.path, index, start.t, &start.pose);
+        let place = whereabouts(self.path, index, &start.pose);
         Err(Diagnostic::error(format!("{place} starts {gap:.4} mm away from the end of the pass before"))
             .help("join the passes by a link"))
     }
@@ -101,14 +109,14 @@ impl Surveyor<'_> {
             return Err(Diagnostic::error(format!("pass {index} has no tool axis at parameter {t}"))
                 .help("keep the two rails of a pass apart"));
         };
-        let solutions = self.setup.inverse(&pose).map_err(|e| self.unreachable(index, t, &pose, e))?;
+        let solutions = self.setup.inverse(&pose).map_err(|e| self.unreachable(index, &pose, e))?;
         let free = solutions.free.is_some() || self.setup.pole_distance(&pose.axis) < self.pole_radius;
         Ok(Station { pass: index, kind: pass.kind, t, pose, solutions, free })
     }
 
-    fn unreachable(&self, pass: usize, t: f64, pose: &Pose, error: Unreachable) -> Box<Diagnostic> {
+    fn unreachable(&self, pass: usize, pose: &Pose, error: Unreachable) -> Box<Diagnostic> {
         let [low, high] = self.setup.reach().map(f64::to_degrees);
-        let place = whereabouts(self.path, pass, t, pose);
+        let place = whereabouts(self.path, pass, pose);
         Diagnostic::error(format!(
             "{place} is out of reach: axis {} would have to tilt {:.4} degrees further than its geometry allows",
             error.axis,

@@ -6,6 +6,7 @@
 //! state may follow any other. The cost is time: the slowest axis' travel over its top speed, plus a little for nearness
 //! of limits; the cheapest sequence over all passes wins. Source: Bellman's principle, nothing else.
 
+use super::axes::AxisPosition;
 use super::model::{Machine, Travel};
 use super::setup::{Setup, unwind};
 use super::stations::{Station, Surveyor, whereabouts};
@@ -17,7 +18,7 @@ use std::f64::consts::TAU;
 pub(super) const CONTINUOUS: f64 = 0.45;
 /// Whole turns that are tried for an axis with many.
 const MOST_TURNS: i32 = 5;
-/// Slack on limits for rounding, mm and radians.
+/// Slack on limits for rounding, mm and degrees or radians.
 const SLACK: f64 = 1e-9;
 /// Nearness to a limit that starts to cost, radians.
 const MARGIN: f64 = 0.1;
@@ -25,6 +26,8 @@ const MARGIN: f64 = 0.1;
 const MARGIN_COST: f64 = 1e-3;
 /// Cost of turning the free axis in place while the tool touches the part, seconds a turn and times its travel.
 const DWELL: (f64, f64) = (1.0, 3.0);
+/// What helps against a limit.
+pub(super) const MORE_ROOM: &str = "move the work offset, mount the part turned, or choose a machine with more travel";
 /// Share of the travel from zero that the first position costs.
 const START_SHARE: f64 = 0.1;
 
@@ -60,12 +63,19 @@ struct Layer {
 
 /// An axis position outside its limits.
 #[derive(Clone, Copy, Debug)]
-struct Excess {
+pub(super) struct Excess {
     axis: char,
     value: f64,
     limit: f64,
     by: f64,
     unit: &'static str,
+}
+
+impl std::fmt::Display for Excess {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { axis, value, limit, by, unit } = self;
+        write!(f, "axis {axis} would have to stand at {value:.4} {unit}, {by:.4} {unit} beyond its limit {limit:.4}")
+    }
 }
 
 /// Chooses branch and turns for the whole path. `pole_radius`, radians: nearer to a pole the free axis may stand
@@ -224,24 +234,15 @@ impl Chooser<'_> {
         all
     }
 
-    /// The axis that is furthest outside its limits, by share of the smallest excess that matters.
+    /// An axis outside its limits, if any, in a state of a station.
     fn excess(&self, index: usize, branch: usize, rotary: [f64; 2]) -> Option<Excess> {
         let station = &self.stations[index];
-        let machine = self.setup.machine();
-        for (axis, angle) in machine.rotary.iter().zip(rotary) {
-            let by = axis.travel.excess(angle);
-            if by > SLACK {
-                let limit = if let Travel::Limited { min, max } = axis.travel { angle.clamp(min, max) } else { angle };
-                let [value, limit, by] = [angle, limit, by].map(f64::to_degrees);
-                return Some(Excess { axis: axis.letter, value, limit, by, unit: "degrees" });
-            }
-        }
         let linear = if station.free {
             self.setup.with_rotary(&station.pose.tip, rotary).linear
         } else {
             station.solutions.branches[branch].linear
         };
-        linear_excess(machine, linear)
+        excess(self.setup.machine(), &AxisPosition { linear, rotary })
     }
 
     /// Seconds that the slower rotary axis needs, with a little for the other.
@@ -278,18 +279,15 @@ impl Chooser<'_> {
     /// `alone`: the pose cannot be held at all; else it can, but not reached from where the tool comes.
     fn impossible(&self, index: usize, nearest: Option<Excess>, alone: bool) -> Box<Diagnostic> {
         let station = &self.stations[index];
-        let place = whereabouts(self.path, station.pass, station.t, &station.pose);
-        let Some(Excess { axis, value, limit, by, unit }) = nearest else {
+        let place = whereabouts(self.path, station.pass, &station.pose);
+        let Some(needs) = nearest else {
             return Diagnostic::error(format!("{place}: no continuous motion of the rotary axes leads here")).help(
                 "the tool axis passes too near to the pole to be followed; tilt the part a little on the table, or \
                  choose another machine",
             );
         };
-        let needs =
-            format!("axis {axis} would have to stand at {value:.4} {unit}, {by:.4} {unit} beyond its limit {limit}");
         if alone {
-            return Diagnostic::error(format!("{place} is out of reach: {needs}"))
-                .help("move the work offset, mount the part turned, or choose a machine with more travel");
+            return Diagnostic::error(format!("{place} is out of reach: {needs}")).help(MORE_ROOM);
         }
         Diagnostic::error(format!("{place} cannot be reached without leaving the part: {needs}")).help(
             "split the pass where the axis can be turned back, mount the part turned, or choose a machine with more travel",
@@ -297,13 +295,20 @@ impl Chooser<'_> {
     }
 }
 
-/// The linear axis that stands outside its limits, if any.
-fn linear_excess(machine: &Machine, linear: [f64; 3]) -> Option<Excess> {
-    machine.linear.iter().zip(linear).find_map(|(axis, value)| {
+/// An axis outside its limits, if any; the rotary axes first.
+pub(super) fn excess(machine: &Machine, axes: &AxisPosition) -> Option<Excess> {
+    let rotary = machine.rotary.iter().zip(axes.rotary).find_map(|(axis, angle)| {
+        let by = axis.travel.excess(angle);
+        let limit = if let Travel::Limited { min, max } = axis.travel { angle.clamp(min, max) } else { angle };
+        let [value, limit, by] = [angle, limit, by].map(f64::to_degrees);
+        (by > SLACK).then_some(Excess { axis: axis.letter, value, limit, by, unit: "degrees" })
+    });
+    let linear = machine.linear.iter().zip(axes.linear).find_map(|(axis, value)| {
         let by = (axis.min - value).max(value - axis.max);
         let limit = value.clamp(axis.min, axis.max);
         (by > SLACK).then_some(Excess { axis: axis.letter, value, limit, by, unit: "mm" })
-    })
+    });
+    rotary.or(linear)
 }
 
 /// The same direction with whole turns added: all that fit, or some about the middle of a long travel; at least the

@@ -1,0 +1,98 @@
+//! Bad machine files: every complaint has a place and a remedy.
+
+use super::*;
+
+fn complaint(from: &str, to: &str) -> String {
+    let text = builtin("xyzac-trt").unwrap();
+    assert!(text.contains(from), "the file has no {from}");
+    let error = Machine::read("m.toml", &text.replacen(from, to, 1)).unwrap_err();
+    let place = error.place.clone().unwrap();
+    assert!(place.line.is_some() && place.column.is_some() && error.help.is_some(), "{error}");
+    error.to_string()
+}
+
+/// Line of the first occurrence, from 1.
+fn line_of(part: &str) -> usize {
+    builtin("xyzac-trt").unwrap().lines().position(|line| line.contains(part)).unwrap() + 1
+}
+
+fn assert_says(said: &str, parts: &[&str]) {
+    for part in parts {
+        assert!(said.contains(part), "\"{part}\" is missing in:\n{said}");
+    }
+}
+
+#[test]
+fn axis_named_twice() {
+    let said = complaint("letter = \"C\"", "letter = \"A\"");
+    assert_says(&said, &["axis A is named twice", &format!("m.toml:{}:10", line_of("letter = \"C\""))]);
+    let said = complaint("[linear.Y]", "[linear.X]");
+    assert_says(&said, &["duplicate key"]);
+}
+
+#[test]
+fn inverted_and_absurd_limits() {
+    let said = complaint("limits = [-1000, 1000]", "limits = [1000, -1000]");
+    assert_says(&said, &["lower limit 1000 mm is not below upper limit -1000 mm", ":10:10", "[lower, upper]"]);
+    assert_says(&complaint("[-360, 360]", "[5, 5]"), &["lower limit 5 degrees is not below"]);
+    assert_says(&complaint("[-1000, 1000]", "[-1e9, 1000]"), &["no machine has"]);
+    assert_says(&complaint("[-36000, 36000]", "\"endless\""), &["unlimited"]);
+}
+
+#[test]
+fn directions_that_do_not_span() {
+    let said = complaint("direction = [1, 0, 0]", "direction = [0, 0, -2]");
+    assert_says(&said, &["parallel", "m.toml:", "tilt in two ways"]);
+    assert_says(&complaint("direction = [1, 0, 0]", "direction = [0, 0, 0]"), &["has no length", "such as"]);
+    let said = complaint("[linear.X]", "[linear.X]\ndirection = [0, 1, 0]");
+    assert_says(&said, &["nearly in one plane"]);
+    // The axis nearer the tool along the spindle: on this chain that is A.
+    let said = complaint("[linear.X]", "[spindle]\naxis = [1, 0, 0]\n\n[linear.X]");
+    assert_says(&said, &["does not tilt the tool"]);
+}
+
+#[test]
+fn rates_and_numbers() {
+    assert_says(&complaint("speed = 30000", "speed = -30000"), &["-30000 mm/min is not a positive rate"]);
+    assert_says(&complaint("acceleration = 5000", "acceleration = 0"), &["0 mm/s^2 is not a positive rate"]);
+    assert_says(&complaint("pivot = [5, 13, 40]", "pivot = [5, nan, 40]"), &["nan is not a finite number"]);
+    let text = builtin("xyzac-trt").unwrap().replacen("pivot = [5, 13, 40]", "pivot = [5, 13]", 1);
+    let said = Machine::read("m.toml", &text).unwrap_err().to_string();
+    assert_says(&said, &["expected an array of length 3", &format!("m.toml:{}:9", line_of("pivot"))]);
+    assert_says(&complaint("pivot = [5, 13, 40]", "pivot = [5, 13, 4e7]"), &["no machine has"]);
+    assert_says(&complaint("speed = 30000", "speed = \"fast\""), &["wrong type", "write a number"]);
+}
+
+#[test]
+fn chain_of_carriers() {
+    assert_says(&complaint("carried_by = \"A\"\n", ""), &["neither says that the other carries it"]);
+    assert_says(&complaint("carried_by = \"A\"", "carried_by = \"B\""), &["not the other rotary axis"]);
+    assert_says(&complaint("letter = \"A\"", "letter = \"A\"\ncarried_by = \"C\""), &["carry each other"]);
+    let said = complaint("on = \"table\"", "on = \"head\"");
+    assert_says(&said, &["not on the same side"]);
+}
+
+#[test]
+fn keys_and_values() {
+    assert_says(&complaint("regulus-machine", "regulus-job"), &["is not a machine file"]);
+    assert_says(&complaint("version = 1", "version = 2"), &["version 2 is not known"]);
+    assert_says(&complaint("dialect = \"linuxcnc\"", "dialect = \"linuxcn\""), &["did you mean `linuxcnc`?"]);
+    assert_says(&complaint("tcp_at_start = true", "tcp_at_strat = true"), &["did you mean `tcp_at_start`?"]);
+    assert_says(&complaint("tcp_at_start = true", "linear_digits = 12"), &["12 decimals are too many"]);
+    assert_says(&complaint("tcp_at_start = true", "inverse_time_range = [5, 1]"), &["not an increasing pair"]);
+    assert_says(&complaint("tcp_at_start = true", "max_block_length = 10"), &["holds no five-axis move"]);
+    assert_says(&complaint("G54 = [0, 0, 0]", ""), &["has no work offset"]);
+    assert_says(&complaint("letter = \"A\"", "letter = \"U\""), &["is not the letter of a rotary axis"]);
+}
+
+#[test]
+fn unknown_names_list_the_known_ones() {
+    let said = Machine::named("xyzac-trl").unwrap_err().to_string();
+    assert_says(&said, &["no machine is called", "did you mean xyzac-trt?", "bridgemill"]);
+    let machine = Machine::named("trunnion-ac-30i").unwrap();
+    let said = Setup::new(&machine, "G59", 10.0).unwrap_err().to_string();
+    assert_says(&said, &["no work offset \"G59\"", "G54, G55"]);
+    assert!(
+        Setup::new(&machine, "G54", f64::NAN).is_err() && Setup::at(&machine, [0.0, f64::INFINITY, 0.0], 1.0).is_err()
+    );
+}

@@ -1,0 +1,187 @@
+//! The machine file's JSON Schema, for editors. Uses nothing of the crate.
+
+use serde_json::{Value, json};
+
+/// The JSON Schema (2020-12) of a machine file, as indented text.
+pub fn schema() -> String {
+    format!("{:#}", value())
+}
+
+fn value() -> Value {
+    json!({
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "regulus machine file",
+        "description": "A 5-axis machine and its control. Lengths mm, angles degrees, speeds mm/min and degrees/min, \
+                        accelerations mm/s^2 and degrees/s^2.",
+        "type": "object",
+        "additionalProperties": false,
+        "required": ["format", "version", "name", "description", "source", "linear", "rotary", "control"],
+        "properties": {
+            "format": { "const": "regulus-machine" },
+            "version": { "const": 1 },
+            "name": text("Name, as in a job file."),
+            "description": text("One line for people."),
+            "source": text("Where the numbers come from."),
+            "spindle": spindle(),
+            "linear": {
+                "type": "object",
+                "additionalProperties": false,
+                "required": ["X", "Y", "Z"],
+                "properties": { "X": linear(), "Y": linear(), "Z": linear() },
+            },
+            "rotary": { "type": "array", "minItems": 2, "maxItems": 2, "items": rotary() },
+            "control": control(),
+        },
+    })
+}
+
+fn text(description: &str) -> Value {
+    json!({ "type": "string", "description": description })
+}
+
+fn flag(description: &str) -> Value {
+    json!({ "type": "boolean", "description": description })
+}
+
+fn positive(description: &str) -> Value {
+    json!({ "type": "number", "exclusiveMinimum": 0, "description": description })
+}
+
+fn numbers(count: usize, description: &str) -> Value {
+    json!({
+        "type": "array", "items": { "type": "number" }, "minItems": count, "maxItems": count, "description": description
+    })
+}
+
+fn lines(description: &str) -> Value {
+    json!({ "type": "array", "items": { "type": "string" }, "description": description })
+}
+
+fn digits(description: &str) -> Value {
+    json!({ "type": "integer", "minimum": 0, "maximum": 9, "description": description })
+}
+
+fn spindle() -> Value {
+    json!({
+        "type": "object",
+        "additionalProperties": false,
+        "properties": {
+            "axis": numbers(3, "From the tip toward the spindle, at rotary zero; [0, 0, 1] when left out."),
+            "gauge_point": numbers(3, "Gauge point with every axis at zero, machine frame."),
+            "axis_zero": {
+                "enum": ["gauge-point", "tip"],
+                "description": "What the linear axes count; \"tip\" where the control takes the tool length out of them.",
+            },
+        },
+    })
+}
+
+fn linear() -> Value {
+    json!({
+        "type": "object",
+        "additionalProperties": false,
+        "required": ["limits", "speed", "acceleration"],
+        "properties": {
+            "limits": numbers(2, "[lower, upper], mm."),
+            "speed": positive("Top speed, mm/min."),
+            "acceleration": positive("Top acceleration, mm/s^2."),
+            "direction": numbers(3, "Way of the tool relative to the table when the axis counts up; its own letter's."),
+        },
+    })
+}
+
+fn rotary() -> Value {
+    json!({
+        "type": "object",
+        "additionalProperties": false,
+        "required": ["letter", "on", "direction", "pivot", "limits", "speed", "acceleration"],
+        "properties": {
+            "letter": { "enum": ["A", "B", "C"] },
+            "on": { "enum": ["table", "head"], "description": "Whether it turns the part or the tool." },
+            "carried_by": {
+                "enum": ["A", "B", "C"],
+                "description": "The rotary axis that this one sits on, when both are on one side.",
+            },
+            "direction": numbers(3, "Direction of the axis with every axis at zero; any length."),
+            "pivot": numbers(3, "A point of the axis with every axis at zero, machine frame."),
+            "sense": {
+                "enum": ["iso", "reversed"],
+                "description": "iso: a positive word turns the tool right-handed about the direction as seen from the part.",
+            },
+            "limits": {
+                "description": "[lower, upper] in degrees, or how it turns without end.",
+                "oneOf": [numbers(2, "[lower, upper], degrees."), { "enum": ["unlimited", "wrapped"] }],
+            },
+            "speed": positive("Top speed, degrees/min."),
+            "acceleration": positive("Top acceleration, degrees/s^2."),
+        },
+    })
+}
+
+fn control() -> Value {
+    json!({
+        "type": "object",
+        "additionalProperties": false,
+        "required": ["dialect", "work_offsets"],
+        "properties": {
+            "dialect": { "enum": super::Dialect::ALL.map(|(_, name)| name) },
+            "tcp": flag("Whether programs are written with TCP on unless a job says otherwise."),
+            "work_offsets": {
+                "type": "object",
+                "minProperties": 1,
+                "additionalProperties": numbers(3, "Part's zero in the machine frame at rotary zero."),
+            },
+            "options": {
+                "type": "object",
+                "additionalProperties": false,
+                "properties": {
+                    "linear_digits": digits("Decimals of X, Y, Z words."),
+                    "rotary_digits": digits("Decimals of rotary words."),
+                    "feed_digits": digits("Decimals of F words."),
+                    "feed_mode": { "enum": ["inverse-time", "per-minute"] },
+                    "max_feed": positive("Largest F of feed per minute, mm/min."),
+                    "inverse_time_range": numbers(2, "[smallest, largest] F of inverse-time feed, 1/min."),
+                    "max_block_length": { "type": "integer", "minimum": 60, "description": "Characters of a block." },
+                    "tcp_on": text("Code that turns TCP on; empty where there is none."),
+                    "tcp_off": text("Code that turns TCP off; empty where there is none."),
+                    "tcp_at_start": flag("Whether TCP is on when a program starts."),
+                    "tcp_interpolation": { "enum": ["rotary-linear", "great-circle"] },
+                    "length_offset_without_tcp": flag("Whether the tool length is part of the Z zero with TCP off."),
+                    "start_lines": lines("Written after the header."),
+                    "retract_lines": lines("Written before the first move and after the last, TCP off."),
+                    "end_lines": lines("Written before the end of the program."),
+                },
+            },
+        },
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::machine::{Machine, builtin};
+
+    /// The keys that the reader says it knows in the table of a line that is replaced by one with an unknown key.
+    fn known(line: &str) -> Vec<String> {
+        let text = builtin("xyzac-trt").unwrap().replacen(line, &format!("{line}\nbogus = 1\n"), 1);
+        let help = Machine::read("m.toml", &text).unwrap_err().help.unwrap();
+        let mut keys: Vec<String> = help.rsplit(": ").next().unwrap().split(", ").map(str::to_owned).collect();
+        keys.sort();
+        keys
+    }
+
+    fn described(path: &str) -> Vec<String> {
+        let value = value();
+        let table = value.pointer(path).and_then(|v| v.get("properties")).and_then(Value::as_object).unwrap();
+        table.keys().cloned().collect()
+    }
+
+    #[test]
+    fn schema_has_the_keys_that_the_reader_knows() {
+        assert_eq!(known("version = 1"), described(""));
+        assert_eq!(known("[linear.X]"), described("/properties/linear/properties/X"));
+        assert_eq!(known("[[rotary]]"), described("/properties/rotary/items"));
+        assert_eq!(known("[control]"), described("/properties/control"));
+        assert_eq!(known("[control.options]"), described("/properties/control/properties/options"));
+    }
+}
