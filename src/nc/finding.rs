@@ -101,6 +101,18 @@ impl FindingCode {
     }
 }
 
+impl FindingCode {
+    /// What it weighs, unless the place where it is found says otherwise.
+    fn severity(self) -> Severity {
+        match self {
+            Self::UnreachedText | Self::FreeBlending | Self::BlockDelete | Self::OtherTool | Self::FeedTrap => {
+                Severity::Warning
+            }
+            _ => Severity::Error,
+        }
+    }
+}
+
 /// One finding in a program.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Finding {
@@ -120,6 +132,24 @@ pub struct Finding {
 }
 
 impl Finding {
+    /// A finding of the weight that its rule has.
+    pub fn new(code: FindingCode, line: usize, message: impl Into<String>, help: &str) -> Self {
+        let (message, help) = (message.into(), help.to_owned());
+        Self { code, severity: code.severity(), line, span: None, message, help }
+    }
+
+    /// The same about these bytes of the program.
+    #[must_use]
+    pub fn at(self, span: Range<usize>) -> Self {
+        Self { span: Some(span), ..self }
+    }
+
+    /// The same with another weight.
+    #[must_use]
+    pub fn weighing(self, severity: Severity) -> Self {
+        Self { severity, ..self }
+    }
+
     /// The finding as a message for people; `text` is the program it was found in.
     pub fn diagnostic(&self, file: &str, text: &[u8]) -> Box<Diagnostic> {
         let message = format!("{} [{}]", self.message, self.code.name());
@@ -166,11 +196,11 @@ impl Findings {
         }
     }
 
-    /// Adds those of another pass and sorts by line.
+    /// Adds those of another pass and sorts them by their place.
     pub fn merge(&mut self, other: Self) {
         self.omitted += other.omitted;
         self.list.extend(other.list);
-        self.list.sort_by_key(|finding| finding.line);
+        self.list.sort_by_key(|finding| (finding.line, finding.span.as_ref().map(|span| span.start)));
     }
 
     /// Those kept.

@@ -5,7 +5,7 @@ use super::block::{Block, Blocks, Word};
 use super::block_codes::{BlockCodes, Letters};
 use super::code::{FeedUnit, GCode, Motion, PathControl, Plane, SpindleTurn, WorkOffsetCode};
 use super::dialect::Rules;
-use super::finding::{Finding, FindingCode, Findings};
+use super::finding::{Finding, FindingCode};
 use super::lexer::lex;
 use super::program::{ArcCentre, ArcWords, AxisSet, Change, ChangeAt, Feed, Frame, LengthOffset, Move, Program, Way};
 use super::radians::RadiansWatch;
@@ -50,6 +50,7 @@ struct Interpreter<'a> {
     said_spindle: bool,
     said_blending: bool,
     said_deletable: bool,
+    said_no_motion: bool,
     radians: RadiansWatch,
 }
 
@@ -77,6 +78,7 @@ impl<'a> Interpreter<'a> {
             said_spindle: false,
             said_blending: !rules.blends_at_start,
             said_deletable: false,
+            said_no_motion: false,
             radians: RadiansWatch::default(),
         }
     }
@@ -93,14 +95,15 @@ impl<'a> Interpreter<'a> {
         }
         let last = self.program.lines;
         if blocks.blocks.is_empty() {
-            self.note(FindingCode::UnreadableText, Severity::Error, 1, "the program holds no block", "write one");
+            self.add(Finding::new(FindingCode::UnreadableText, 1, "the program holds no block", "write one"));
         } else if !ended {
-            let severity = if self.rules.end_needed { Severity::Error } else { Severity::Warning };
             let message = "the program does not say where it ends";
-            self.note(FindingCode::MissingEnd, severity, last, message, "end it with M2 or M30");
+            let finding = Finding::new(FindingCode::MissingEnd, last, message, "end it with M2 or M30");
+            let severity = if self.rules.end_needed { Severity::Error } else { Severity::Warning };
+            self.add(finding.weighing(severity));
         }
         if let Some(finding) = self.radians.finding() {
-            self.program.findings.push(finding);
+            self.add(finding);
         }
     }
 
@@ -110,7 +113,7 @@ impl<'a> Interpreter<'a> {
         let Some(block) = self.blocks.blocks.get(index) else { return };
         let message = "the control never reaches this: the program has ended";
         let help = "remove it, or move the end behind it";
-        self.note(FindingCode::UnreachedText, Severity::Warning, block.line as usize, message, help);
+        self.note(block, FindingCode::UnreachedText, message, help);
     }
 
     /// Carries out one block; true when the program ends with it.
@@ -134,7 +137,7 @@ impl<'a> Interpreter<'a> {
             self.said_deletable = true;
             let message = "blocks with / are taken as executed";
             let help = "switch block delete off at the control, or remove them";
-            self.note(FindingCode::BlockDelete, Severity::Warning, block.line as usize, message, help);
+            self.note(block, FindingCode::BlockDelete, message, help);
         }
         self.unused_letters(block, &letters, &codes);
         self.change_state(block, &letters, &codes);
@@ -290,7 +293,7 @@ impl<'a> Interpreter<'a> {
                 if number.is_none() && !self.rules.own_length {
                     let message = "a tool length offset without its number";
                     let help = "write H and the tool's number";
-                    self.note(FindingCode::MissingOffsetNumber, Severity::Error, block.line as usize, message, help);
+                    self.note(block, FindingCode::MissingOffsetNumber, message, help);
                 }
                 self.change(block, Change::Length(offset));
                 if tcp {
@@ -340,16 +343,9 @@ impl<'a> Interpreter<'a> {
             return;
         }
         let MotionState::Known(motion) = self.motion else {
-            if self.motion == MotionState::Unset {
+            if self.motion == MotionState::Unset && !std::mem::replace(&mut self.said_no_motion, true) {
                 let help = "write G0 or G1 before the first axis word";
-                let line = block.line as usize;
-                self.note(
-                    FindingCode::NoMotionCode,
-                    Severity::Error,
-                    line,
-                    "axis words with no motion code in force",
-                    help,
-                );
+                self.note(block, FindingCode::NoMotionCode, "axis words with no motion code in force", help);
             }
             return;
         };
@@ -367,7 +363,7 @@ impl<'a> Interpreter<'a> {
         let frame = if codes.machine_frame { Frame::Machine } else { Frame::Work };
         if codes.machine_frame && (self.incremental || matches!(way, Way::Arc(..))) {
             let message = "machine coordinates need G90 and G0 or G1";
-            self.note(FindingCode::GroupConflict, Severity::Error, block.line as usize, message, "write G90 G53 G0");
+            self.note(block, FindingCode::GroupConflict, message, "write G90 G53 G0");
         }
         let incremental = self.incremental && !codes.machine_frame;
         self.push_move(block, letters, given, way, frame, incremental);
@@ -420,23 +416,16 @@ impl<'a> Interpreter<'a> {
 
     /// The feed of a feed move, with what is to be said about it.
     fn feed_in_force(&mut self, block: &Block, letters: &Letters) -> Feed {
-        let line = block.line as usize;
         if (self.spindle == SpindleTurn::Off || self.rpm <= 0.0) && !self.said_spindle {
             self.said_spindle = true;
             let message = "a feed move while the spindle stands still";
-            self.note(
-                FindingCode::SpindleOff,
-                Severity::Error,
-                line,
-                message,
-                "start the spindle first: S and M3 or M4",
-            );
+            self.note(block, FindingCode::SpindleOff, message, "start the spindle first: S and M3 or M4");
         }
         if !self.said_blending {
             self.said_blending = true;
             let message = "the control rounds corners here without any tolerance";
             let help = "write G61, G61.1 or G64 with P before the first feed move";
-            self.note(FindingCode::FreeBlending, Severity::Warning, line, message, help);
+            self.note(block, FindingCode::FreeBlending, message, help);
         }
         let inverse = self.feed_unit == FeedUnit::InverseTime;
         match self.feed {
@@ -447,7 +436,7 @@ impl<'a> Interpreter<'a> {
                 } else {
                     ("a feed move with no feed in force", "write F; it is forgotten when G93, G94, G95 change")
                 };
-                self.note(FindingCode::MissingFeed, Severity::Error, line, message, help);
+                self.note(block, FindingCode::MissingFeed, message, help);
                 Feed::Missing
             }
         }
@@ -463,7 +452,7 @@ impl<'a> Interpreter<'a> {
             }
             _ => {
                 let message = "an arc needs its centre (I, J, K) or its radius (R), one of them";
-                self.note(FindingCode::BadArc, Severity::Error, block.line as usize, message, "write one of them");
+                self.note(block, FindingCode::BadArc, message, "write one of them");
                 return None;
             }
         };
@@ -486,9 +475,7 @@ impl<'a> Interpreter<'a> {
     }
 
     fn find(&mut self, block: &Block, word: &Word, code: FindingCode, message: String, help: &str) {
-        let (line, span) = (block.line as usize, Some(word.span()));
-        let help = help.to_owned();
-        self.findings().push(Finding { code, severity: Severity::Error, line, span, message, help });
+        self.add(Finding::new(code, block.line as usize, message, help).at(word.span()));
     }
 
     fn find_letter(&mut self, block: &Block, letter: u8, code: FindingCode, message: &str, help: &str) {
@@ -497,13 +484,18 @@ impl<'a> Interpreter<'a> {
         }
     }
 
-    fn note(&mut self, code: FindingCode, severity: Severity, line: usize, message: &str, help: &str) {
-        let (message, help) = (message.to_owned(), help.to_owned());
-        self.findings().push(Finding { code, severity, line, span: None, message, help });
+    /// A finding about a whole block.
+    fn note(&mut self, block: &Block, code: FindingCode, message: &str, help: &str) {
+        let finding = Finding::new(code, block.line as usize, message, help);
+        let words = self.blocks.words(block);
+        self.add(match words.first().zip(words.last()) {
+            Some((first, last)) => finding.at(first.span().start..last.span().end),
+            None => finding,
+        });
     }
 
-    fn findings(&mut self) -> &mut Findings {
-        &mut self.program.findings
+    fn add(&mut self, finding: Finding) {
+        self.program.findings.push(finding);
     }
 }
 

@@ -5,7 +5,6 @@ use super::block::{Block, Blocks, Word};
 use super::dialect::Lexical;
 use super::finding::{Finding, FindingCode};
 use super::number::{Decimal, decimal};
-use crate::diagnostic::Severity;
 use nom::branch::alt;
 use nom::bytes::complete::{tag, take, take_till, take_while};
 use nom::character::complete::one_of;
@@ -206,21 +205,15 @@ impl<'a> Lexer<'a> {
 
     fn after_the_end(&mut self, rest: &[u8], line: usize) {
         if rest.iter().any(|byte| !is_blank(*byte) && !is_line_end(*byte) && *byte != 0) {
-            self.out.findings.push(Finding {
-                code: FindingCode::UnreachedText,
-                severity: Severity::Warning,
-                line,
-                span: None,
-                message: "the control ignores what follows the closing %".into(),
-                help: "remove it, or move the % behind it".into(),
-            });
+            let message = "the control ignores what follows the closing %";
+            let help = "remove it, or move the % behind it";
+            self.out.findings.push(Finding::new(FindingCode::UnreachedText, line, message, help));
         }
     }
 
     fn complain(&mut self, line: usize, span: Range<usize>, code: FindingCode, message: String, help: &str) {
         self.complaints += 1;
-        let finding = Finding { code, severity: Severity::Error, line, span: Some(span), message, help: help.into() };
-        self.out.findings.push(finding);
+        self.out.findings.push(Finding::new(code, line, message, help).at(span));
     }
 
     fn offset(&self, rest: &[u8]) -> usize {

@@ -1,22 +1,30 @@
 //! NC programs: text to words and blocks, blocks to commanded motion, and back; one dialect a file.
 //!
-//! Reading half ([`read`], [`Rules`], [`Program`]): `block`, `lexer`, `number`, `code`, `block_codes`, `interpreter`,
-//! `program`, `radians`, `finding`, with what `dialect` says about reading. It uses `diagnostic` and of `machine` the
-//! control's options. Writing half ([`write`]): `write` with what `dialect` says about writing; it also uses `motion`
-//! and `feed`.
+//! Reading half ([`read`], [`Rules`], [`Program`], [`FeedRules`]): `block`, `lexer`, `number`, `code`, `block_codes`,
+//! `interpreter`, `program`, `radians`, `feed_rules`, `finding`, with what `dialect` says about reading. It uses
+//! `diagnostic` and of `machine` the control's options. Writing half ([`write()`]): `write`, `write_feed`, `format`, with
+//! what `dialect` says about writing; it also uses `motion` and `feed`.
 
 mod block;
 mod block_codes;
 pub mod code;
 mod dialect;
+mod feed_rules;
 mod finding;
+mod format;
 mod interpreter;
 mod lexer;
 mod number;
 pub mod program;
 mod radians;
+#[cfg(test)]
+mod tests;
+mod write;
+mod write_feed;
 
 pub use dialect::Rules;
+pub use feed_rules::{FeedRules, Travelled};
 pub use finding::{Finding, FindingCode, Findings};
 pub use interpreter::read;
 pub use program::Program;
+pub use write::{WriteRequest, Written, write};

@@ -1,8 +1,7 @@
-//! Notices rotary words that were written in radians. Uses `diagnostic`.
+//! Notices rotary words that were written in radians. Uses nothing of the crate.
 
 use super::block::{Block, Word};
 use super::finding::{Finding, FindingCode};
-use crate::diagnostic::Severity;
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 /// Fewest rotary words to judge by.
@@ -41,13 +40,9 @@ impl RadiansWatch {
     pub(super) fn finding(&self) -> Option<Finding> {
         let (line, span, value) = self.quarter.clone()?;
         let suspect = !self.excluded && self.seen >= ENOUGH && self.many_decimals * 2 > self.seen;
-        suspect.then(|| Finding {
-            code: FindingCode::RadiansSuspected,
-            severity: Severity::Error,
-            line: line as usize,
-            span: Some(span),
-            message: format!("the rotary words look like radians: {value} is a quarter turn, none exceeds a turn"),
-            help: "write rotary words in degrees".into(),
-        })
+        let message = format!("the rotary words look like radians: {value} is a quarter turn, none exceeds a turn");
+        let help = "write rotary words in degrees";
+        let finding = Finding::new(FindingCode::RadiansSuspected, line as usize, message, help).at(span);
+        suspect.then_some(finding)
     }
 }

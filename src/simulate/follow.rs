@@ -2,13 +2,13 @@
 //! `nc`.
 
 use super::arc::Arc;
-use super::duration::{Travelled, feed_duration, inverse_time_floor};
+use super::duration::feed_duration;
 use super::tool_motion::{Path, Segment, SegmentKind, ToolMotion};
 use crate::diagnostic::Severity;
 use crate::geometry::{Point, Vector};
 use crate::machine::{AxisPosition, AxisZero, Dialect, Interpolation, ProgramWords, Setup};
 use crate::nc::program::{AXIS_LETTERS, AxisSet, Change, ChangeAt, Feed, Frame, LengthOffset, Move, Way};
-use crate::nc::{Finding, FindingCode, Findings, Program};
+use crate::nc::{FeedRules, Finding, FindingCode, Findings, Program, Travelled};
 
 /// Moves the machine as the program says. `tool` is the number of the tool that the setup holds, where there is one to
 /// compare with. Never fails: what makes the motion uncertain is a finding.
@@ -109,7 +109,6 @@ impl<'a> Follower<'a> {
                     Some(found) => self.offset = Vector::from(found.linear) - Vector::from(self.setup.work_offset()),
                     None => self.find(
                         FindingCode::UnknownWorkOffset,
-                        Severity::Error,
                         line,
                         format!("the machine file gives no work offset {name}"),
                         "add it to [control.work_offsets], or use one that is there",
@@ -135,7 +134,7 @@ impl<'a> Follower<'a> {
             let message =
                 format!("the tool length changes while tilted with TCP on: the machine jumps by {jump:.3} mm");
             let help = "switch the tool length where the rotary axes stand at zero, or with TCP off";
-            self.find(FindingCode::Jump, Severity::Error, line, message, help);
+            self.find(FindingCode::Jump, line, message, help);
         }
         if let LengthOffset::Number(number) = length {
             let message = |own: u32| format!("length offset {number} is called; the job's tool is tool {own}");
@@ -148,7 +147,7 @@ impl<'a> Follower<'a> {
     fn other_tool(&mut self, line: usize, number: u32, message: impl Fn(u32) -> String) {
         if let Some(own) = self.tool.filter(|own| *own != number) {
             let help = "call the job's tool, or give the job this number; the job's tool is used here";
-            self.find(FindingCode::OtherTool, Severity::Warning, line, message(own), help);
+            self.find(FindingCode::OtherTool, line, message(own), help);
         }
     }
 
@@ -189,7 +188,7 @@ impl<'a> Follower<'a> {
         if self.tcp {
             self.tip = target.words + self.offset;
         }
-        if travelled.linear == 0.0 && travelled.rotary == 0.0 {
+        if travelled.is_none() {
             return;
         }
         if known {
@@ -199,7 +198,7 @@ impl<'a> Follower<'a> {
             let missing = AxisSet(self.needed.0 & !self.positioned.0).indices().filter_map(|k| AXIS_LETTERS.get(k));
             let message = format!("a feed move before the program has positioned {}", missing.collect::<String>());
             let help = "position each axis with G0 first: nobody knows where the machine stands";
-            self.find(FindingCode::UnknownStart, Severity::Error, segment.line, message, help);
+            self.find(FindingCode::UnknownStart, segment.line, message, help);
         }
     }
 
@@ -211,11 +210,12 @@ impl<'a> Follower<'a> {
         };
         let seconds = feed.and_then(|feed| feed_duration(self.setup, feed, travelled, self.tcp, self.rpm));
         if let Some(Feed::InverseTime(word)) = feed
-            && let Some(seconds) = inverse_time_floor(self.setup, word, travelled)
+            && let Some(seconds) =
+                FeedRules::of(self.setup.machine().control.dialect).inverse_time_floor(word, travelled)
         {
             let message = format!("F{word} makes less than the slowest feed of the control: it takes {seconds:.4} s");
             let help = "make the block longer, or merge it with its neighbour";
-            self.find(FindingCode::FeedTrap, Severity::Warning, segment.line, message, help);
+            self.find(FindingCode::FeedTrap, segment.line, message, help);
         }
         segment.duration = seconds.unwrap_or_else(|| rapid_duration(self.setup, &segment));
         self.time += segment.duration;
@@ -233,7 +233,7 @@ impl<'a> Follower<'a> {
             let severity = if step.way == Way::Rapid { Severity::Warning } else { Severity::Error };
             let message = "TCP is on with no tool length offset in force; the job's tool length is supposed here";
             let help = "write G43 H before TCP is switched on";
-            self.find(FindingCode::TcpWithoutLength, severity, line, message.into(), help);
+            self.findings.push(Finding::new(FindingCode::TcpWithoutLength, line, message, help).weighing(severity));
         }
         let refused = match step.frame {
             Frame::Work => false,
@@ -243,7 +243,7 @@ impl<'a> Follower<'a> {
         if refused {
             let message = "machine coordinates with TCP on";
             let help = "switch TCP off first";
-            self.find(FindingCode::WrongTcpState, Severity::Error, line, message.into(), help);
+            self.find(FindingCode::WrongTcpState, line, message, help);
         }
     }
 
@@ -302,7 +302,7 @@ impl<'a> Follower<'a> {
                 }
                 Err(reason) => {
                     let help = "correct its centre or radius";
-                    self.find(FindingCode::BadArc, Severity::Error, step.line as usize, reason, help);
+                    self.find(FindingCode::BadArc, step.line as usize, reason, help);
                 }
             }
         }
@@ -318,8 +318,8 @@ impl<'a> Follower<'a> {
         (path, travelled)
     }
 
-    fn find(&mut self, code: FindingCode, severity: Severity, line: usize, message: String, help: &str) {
-        self.findings.push(Finding { code, severity, line, span: None, message, help: help.to_owned() });
+    fn find(&mut self, code: FindingCode, line: usize, message: impl Into<String>, help: &str) {
+        self.findings.push(Finding::new(code, line, message, help));
     }
 }
 

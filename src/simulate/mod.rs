@@ -7,6 +7,8 @@ mod bound;
 mod duration;
 mod follow;
 mod statistics;
+#[cfg(test)]
+mod tests;
 mod tool_motion;
 
 pub use arc::Arc;

@@ -1,7 +1,8 @@
 //! Fanuc series 30i, 31i, 32i.
 
-use super::{Lexical, Rules};
+use super::{Lexical, Rules, Style, plain};
 use crate::nc::code::{GCode, MCode, letters};
+use crate::nc::feed_rules::FeedRules;
 
 /// How a Fanuc 30i reads programs.
 pub(super) fn reading() -> Rules {
@@ -25,4 +26,26 @@ pub(super) fn reading() -> Rules {
     rules.dwell_unit = 1e-3;
     rules.m_codes_per_block = 3;
     rules
+}
+
+/// How a Fanuc 30i applies F words.
+pub(super) fn feed_rules() -> FeedRules {
+    FeedRules { slowest_inverse_time: None, degrees_count_without_tcp: true }
+}
+
+/// How programs for a Fanuc 30i are written.
+pub(super) fn writing() -> Style {
+    Style {
+        opening: |number, name| vec!["%".into(), format!("O{number:04} ({})", capitals(name))],
+        comment: capitals,
+        safe_start: "G21 G90 G17 G40 G49 G80 G94",
+        closing: &["M30", "%"],
+        tcp_with_length: true,
+        whole_spindle_speed: true,
+    }
+}
+
+/// Comments hold capitals only.
+fn capitals(text: &str) -> String {
+    plain(text).to_ascii_uppercase()
 }

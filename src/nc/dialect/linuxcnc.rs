@@ -1,8 +1,9 @@
 //! LinuxCNC 2.9.
 
-use super::{Lexical, Rules};
+use super::{Lexical, Rules, Style, plain};
 use crate::machine::DialectOptions;
 use crate::nc::code::{GCode, MCode, letters};
+use crate::nc::feed_rules::FeedRules;
 
 /// How LinuxCNC reads programs.
 pub(super) fn reading(options: &DialectOptions) -> Rules {
@@ -48,4 +49,21 @@ pub(super) fn reading(options: &DialectOptions) -> Rules {
     // Four groups of M codes besides the user's own.
     rules.m_codes_per_block = 4;
     rules
+}
+
+/// How LinuxCNC applies F words.
+pub(super) fn feed_rules() -> FeedRules {
+    FeedRules { slowest_inverse_time: Some(0.1), degrees_count_without_tcp: false }
+}
+
+/// How programs for LinuxCNC are written.
+pub(super) fn writing() -> Style {
+    Style {
+        opening: |_, name| vec!["%".into(), format!("({})", plain(name))],
+        comment: plain,
+        safe_start: "G21 G90 G17 G40 G49 G80 G94",
+        closing: &["M2", "%"],
+        tcp_with_length: false,
+        whole_spindle_speed: false,
+    }
 }

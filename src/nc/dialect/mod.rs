@@ -4,6 +4,7 @@ mod fanuc_30i;
 mod linuxcnc;
 
 use super::code::{GCode, MCode};
+use super::feed_rules::FeedRules;
 use super::program::AxisSet;
 use crate::machine::{Dialect, DialectOptions, Machine};
 
@@ -43,6 +44,48 @@ pub struct Rules {
     pub(super) m_codes_per_block: usize,
     /// Output that switches TCP, and its values for on and off.
     pub(super) tcp_output: Option<TcpOutput>,
+}
+
+/// How programs of a dialect are written, beyond the options of a control.
+pub(super) struct Style {
+    /// Lines before everything else, from program number and name.
+    pub(super) opening: fn(u32, &str) -> Vec<String>,
+    /// Text as it may stand in a comment.
+    pub(super) comment: fn(&str) -> String,
+    /// Block that puts every modal group into a known state.
+    pub(super) safe_start: &'static str,
+    /// Lines at the end.
+    pub(super) closing: &'static [&'static str],
+    /// Whether the code that turns TCP on brings the tool length along (H) and moves; else G43 comes before it.
+    pub(super) tcp_with_length: bool,
+    /// Whether spindle speeds must be whole.
+    pub(super) whole_spindle_speed: bool,
+}
+
+impl Style {
+    /// The style of a dialect.
+    pub(super) fn of(dialect: Dialect) -> Self {
+        match dialect {
+            Dialect::LinuxCnc => linuxcnc::writing(),
+            Dialect::Fanuc30i => fanuc_30i::writing(),
+        }
+    }
+}
+
+impl FeedRules {
+    /// The rules of a dialect.
+    pub fn of(dialect: Dialect) -> Self {
+        match dialect {
+            Dialect::LinuxCnc => linuxcnc::feed_rules(),
+            Dialect::Fanuc30i => fanuc_30i::feed_rules(),
+        }
+    }
+}
+
+/// Printable ASCII without what ends or nests a comment; anything else becomes a question mark.
+fn plain(text: &str) -> String {
+    let allowed = |c: char| (c.is_ascii_graphic() || c == ' ') && !"()%;".contains(c);
+    text.chars().map(|c| if allowed(c) { c } else { '?' }).collect()
 }
 
 /// TCP switched by an analog output.
