@@ -3,6 +3,7 @@
 
 use super::motion_tree::BlockMotion;
 use super::ray::NormalRay;
+use super::refine::{Refinement, Side};
 use super::sweep::Sweep;
 use super::swept::{Touch, Window};
 use crate::part::{DesignSurface, SampleGrid, SurfaceSample};
@@ -65,8 +66,8 @@ pub(super) fn measure<M: BlockMotion>(
     draw_in_border(surface, &mut grid, fineness.border);
     let samples = measure_samples(sweep, grid.samples.clone());
     let areas = vertex_areas(&grid);
-    let extremes = |sign| Refinement::new(surface, sweep, window, &grid, &samples, sign).run(fineness.change);
-    let ((over, over_count), (under, under_count)) = (extremes(-1.0), extremes(1.0));
+    let extremes = |side| Refinement::new(surface, sweep, window, &grid, &samples, side).run(fineness.change);
+    let ((over, over_count), (under, under_count)) = (extremes(Side::Overcut), extremes(Side::Undercut));
     PartDeviation {
         measured: samples.len() + over_count + under_count,
         worst_overcut: over.filter(|m| m.deviation().is_some_and(|d| d < 0.0)),
@@ -87,7 +88,10 @@ impl PartDeviation {
     }
 }
 
-fn measure_samples<M: BlockMotion>(sweep: &Sweep<'_, M>, samples: Vec<SurfaceSample>) -> Vec<MeasuredSample> {
+pub(super) fn measure_samples<M: BlockMotion>(
+    sweep: &Sweep<'_, M>,
+    samples: Vec<SurfaceSample>,
+) -> Vec<MeasuredSample> {
     let rays: Vec<NormalRay> = samples.iter().map(ray_of).collect();
     let touches = sweep.lowest_all(&rays, |_| f64::INFINITY);
     samples.into_iter().zip(touches).map(|(sample, touch)| MeasuredSample { sample, touch }).collect()
@@ -139,7 +143,8 @@ fn draw_in_border(surface: &DesignSurface, grid: &mut SampleGrid, border: f64) {
     }
 }
 
-fn edges(triangle: &[u32; 3]) -> [(u32, u32); 3] {
+/// The sides of a triangle.
+pub(super) fn edges(triangle: &[u32; 3]) -> [(u32, u32); 3] {
     let [a, b, c] = *triangle;
     [(a, b), (b, c), (c, a)]
 }
@@ -154,151 +159,4 @@ fn vertex_areas(grid: &SampleGrid) -> Vec<f64> {
         }
     }
     areas
-}
-
-/// Part of a grid triangle, by its corners' weights in that triangle.
-#[derive(Clone, Copy)]
-struct Facet {
-    triangle: usize,
-    weights: [[f64; 3]; 3],
-    values: [f64; 3],
-    /// How far the deviation may rise above its corners, judged by how it bends at the scale of this facet, mm.
-    bump: f64,
-}
-
-impl Facet {
-    fn potential(&self) -> f64 {
-        self.values.iter().copied().fold(f64::NEG_INFINITY, f64::max) + 2.0 * self.bump
-    }
-}
-
-/// Best-first subdivision toward one extreme.
-struct Refinement<'a, M> {
-    surface: &'a DesignSurface,
-    sweep: &'a Sweep<'a, M>,
-    window: Window,
-    grid: &'a SampleGrid,
-    /// +1 looks for the largest undercut, -1 for the deepest overcut.
-    sign: f64,
-    facets: Vec<Facet>,
-    best: Option<MeasuredSample>,
-    peak: f64,
-}
-
-impl<'a, M: BlockMotion> Refinement<'a, M> {
-    fn new(
-        surface: &'a DesignSurface,
-        sweep: &'a Sweep<'a, M>,
-        window: Window,
-        grid: &'a SampleGrid,
-        samples: &[MeasuredSample],
-        sign: f64,
-    ) -> Self {
-        let mut this =
-            Self { surface, sweep, window, grid, sign, facets: Vec::new(), best: None, peak: f64::NEG_INFINITY };
-        let values: Vec<f64> = samples.iter().map(|s| this.value(s)).collect();
-        let bumps = bumps(grid, &values);
-        for sample in samples {
-            this.consider(*sample);
-        }
-        // Overcut is not looked for next to uncut samples, where the deviation jumps: what no pass reaches fails anyway.
-        this.facets = grid
-            .triangles
-            .iter()
-            .enumerate()
-            .map(|(index, corners)| Facet {
-                triangle: index,
-                weights: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
-                values: corners.map(|v| values[v as usize]),
-                bump: corners.map(|v| bumps[v as usize]).into_iter().fold(0.0, f64::max),
-            })
-            .filter(|facet| facet.values.iter().all(|v| *v > -window.outward))
-            .collect();
-        this
-    }
-
-    fn value(&self, sample: &MeasuredSample) -> f64 {
-        self.sign * sample.deviation().unwrap_or(self.window.outward)
-    }
-
-    fn consider(&mut self, sample: MeasuredSample) {
-        let value = self.value(&sample);
-        if value > self.peak {
-            self.peak = value;
-            self.best = Some(sample);
-        }
-    }
-
-    /// Splits the facets that may rise above the peak until none may by more than `change`. Returns the extreme and the
-    /// number of samples spent.
-    fn run(mut self, change: f64) -> (Option<MeasuredSample>, usize) {
-        const BATCH: usize = 256;
-        let budget = self.grid.samples.len().max(4096);
-        let clamp = if self.sign > 0.0 { self.window.outward } else { self.window.inward };
-        let mut spent = 0;
-        while spent < budget && self.peak < clamp {
-            let floor = self.peak + change;
-            self.facets.retain(|f| f.potential() > floor);
-            if self.facets.is_empty() {
-                break;
-            }
-            self.facets.sort_by(|a, b| b.potential().total_cmp(&a.potential()));
-            let rest = self.facets.split_off(self.facets.len().min(BATCH));
-            let batch = std::mem::replace(&mut self.facets, rest);
-            spent += 3 * batch.len();
-            self.split(&batch);
-        }
-        (self.best, spent)
-    }
-
-    fn split(&mut self, batch: &[Facet]) {
-        let middle = |a: [f64; 3], b: [f64; 3]| -> [f64; 3] { std::array::from_fn(|i| 0.5 * (a[i] + b[i])) };
-        let middles: Vec<[[f64; 3]; 3]> = batch
-            .iter()
-            .map(|f| {
-                [
-                    middle(f.weights[0], f.weights[1]),
-                    middle(f.weights[1], f.weights[2]),
-                    middle(f.weights[2], f.weights[0]),
-                ]
-            })
-            .collect();
-        let places = batch.iter().zip(&middles).flat_map(|(facet, middles)| {
-            let corners = self.grid.triangles[facet.triangle].map(|v| &self.grid.samples[v as usize]);
-            middles.map(|weights| self.surface.between(corners, weights))
-        });
-        let measured = measure_samples(self.sweep, places.collect());
-        for ((facet, middles), found) in batch.iter().zip(&middles).zip(measured.chunks_exact(3)) {
-            let values = [self.value(&found[0]), self.value(&found[1]), self.value(&found[2])];
-            for sample in found {
-                self.consider(*sample);
-            }
-            let bend = |k: usize| (values[k] - 0.5 * (facet.values[k] + facet.values[(k + 1) % 3])).abs();
-            let bump = bend(0).max(bend(1)).max(bend(2));
-            let (w, m, v) = (&facet.weights, middles, &facet.values);
-            let child =
-                |weights: [[f64; 3]; 3], values: [f64; 3]| Facet { triangle: facet.triangle, weights, values, bump };
-            self.facets.extend([
-                child([w[0], m[0], m[2]], [v[0], values[0], values[2]]),
-                child([m[0], w[1], m[1]], [values[0], v[1], values[1]]),
-                child([m[2], m[1], w[2]], [values[2], values[1], v[2]]),
-                child([m[0], m[1], m[2]], values),
-            ]);
-        }
-    }
-}
-
-/// How far each sample lies from the mean of its neighbours.
-fn bumps(grid: &SampleGrid, values: &[f64]) -> Vec<f64> {
-    let mut sums = vec![(0.0, 0u32); values.len()];
-    for triangle in &grid.triangles {
-        for (a, b) in edges(triangle) {
-            for (vertex, other) in [(a, b), (b, a)] {
-                let sum = &mut sums[vertex as usize];
-                sum.0 += values[other as usize];
-                sum.1 += 1;
-            }
-        }
-    }
-    values.iter().zip(sums).map(|(v, (sum, n))| if n > 0 { (v - sum / f64::from(n)).abs() } else { 0.0 }).collect()
 }

@@ -8,6 +8,7 @@ mod judge;
 mod motion_tree;
 mod ray;
 mod record;
+mod refine;
 mod round_trip;
 mod strips;
 mod sweep;

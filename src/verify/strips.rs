@@ -3,6 +3,7 @@
 use super::deviation::{MeasuredSample, PartDeviation, ray_of};
 use super::motion_tree::BlockMotion;
 use super::sweep::Sweep;
+use super::swept::Touch;
 use crate::motion::pose::angle_between;
 use crate::part::DesignSurface;
 use rayon::prelude::*;
@@ -10,6 +11,9 @@ use std::collections::BTreeSet;
 
 /// Seam crossings measured at most; beyond that every k-th.
 const MOST_CROSSINGS: usize = 2000;
+
+/// Cosine of the angle between part and tool surface within which a tool lies along the part.
+const ALONG: f64 = 0.5;
 
 /// Halvings of a grid edge towards the seam that crosses it.
 const HALVINGS: usize = 14;
@@ -55,7 +59,8 @@ impl Runs {
 pub(super) struct Seams {
     /// Runs that cut some of the part.
     pub strips: usize,
-    /// Largest angle between the tool's tangent planes on either side of a seam, degrees.
+    /// Largest angle between the tool's tangent planes on either side of a seam, degrees; where a tool's end stands
+    /// across the part there is a step, not a kink.
     pub kink_max_deg: f64,
     /// Mean over the crossings of the grid's edges with the seams, degrees.
     pub kink_mean_deg: f64,
@@ -84,19 +89,20 @@ pub(super) fn seams<M: BlockMotion>(
     }
     let stride = crossings.len().div_ceil(MOST_CROSSINGS).max(1);
     let picked: Vec<_> = crossings.into_iter().step_by(stride).collect();
-    let measured: Vec<Option<(f64, f64)>> =
+    let measured: Vec<Option<(Option<f64>, f64)>> =
         picked.par_iter().map(|(triangle, k)| crossing(surface, sweep, part, runs, triangle, *k)).collect();
-    let found: Vec<(f64, f64)> = measured.into_iter().flatten().collect();
-    let kinks = || found.iter().map(|f| f.0.to_degrees());
+    let found: Vec<(Option<f64>, f64)> = measured.into_iter().flatten().collect();
+    let kinks = || found.iter().filter_map(|f| f.0).map(f64::to_degrees);
     Seams {
         strips,
         kink_max_deg: kinks().fold(0.0, f64::max),
-        kink_mean_deg: kinks().sum::<f64>() / found.len().max(1) as f64,
+        kink_mean_deg: kinks().fold(0.0, |sum, kink| sum + kink) / kinks().count().max(1) as f64,
         gap_max: found.iter().map(|f| f.1).fold(0.0, f64::max),
     }
 }
 
-/// Kink, radians, and step, mm, where a seam crosses one edge of a triangle; none where what lies beyond is not a strip.
+/// Kink, radians, where both tools lie along the part, and step, mm, where a seam crosses one edge of a triangle; none
+/// where what lies beyond is not a strip.
 fn crossing<M: BlockMotion>(
     surface: &DesignSurface,
     sweep: &Sweep<'_, M>,
@@ -104,7 +110,7 @@ fn crossing<M: BlockMotion>(
     runs: &Runs,
     triangle: &[u32; 3],
     edge: usize,
-) -> Option<(f64, f64)> {
+) -> Option<(Option<f64>, f64)> {
     let corners = triangle.map(|v| &part.samples[v as usize].sample);
     let mut near = part.samples[triangle[edge] as usize];
     let mut far = part.samples[triangle[(edge + 1) % 3] as usize];
@@ -126,5 +132,7 @@ fn crossing<M: BlockMotion>(
     }
     let (a, b) = (near.touch?, far.touch?);
     runs.owner(&far)?;
-    Some((angle_between(&a.tool_normal, &b.tool_normal), (a.depth - b.depth).abs()))
+    let along = |found: &MeasuredSample, touch: &Touch| found.sample.normal.0.dot(&touch.tool_normal) < -ALONG;
+    let kink = (along(&near, &a) && along(&far, &b)).then(|| angle_between(&a.tool_normal, &b.tool_normal));
+    Some((kink, (a.depth - b.depth).abs()))
 }

@@ -102,7 +102,7 @@ impl<'a, M: BlockMotion> SweptTool<'a, M> {
                 Task::Part(part) => self.visit_part(ray, part, query, &mut best, &mut stack),
             }
         }
-        best
+        best.map(|touch| self.settle(ray, query, touch))
     }
 
     /// The depth that a stretch must go below to matter.

@@ -1,0 +1,214 @@
+//! The extremes of the deviation between the samples of a grid. Uses `part` and the other files of this module.
+//!
+//! Triangles are split at the middles of their sides, those first that may rise highest. How high is judged by how the
+//! deviation bends at the scale of a triangle; a crease halves its bend with each split, a smooth surface quarters it,
+//! so half is what is counted on.
+
+use super::deviation::{MeasuredSample, edges, measure_samples};
+use super::motion_tree::BlockMotion;
+use super::sweep::Sweep;
+use super::swept::Window;
+use crate::part::{DesignSurface, SampleGrid};
+
+/// Which extreme is looked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Side {
+    /// The deepest place below the surface.
+    Overcut,
+    /// The highest place above it.
+    Undercut,
+}
+
+/// Part of a grid triangle, by its corners' weights in that triangle.
+#[derive(Clone, Copy)]
+struct Facet {
+    triangle: usize,
+    weights: [[f64; 3]; 3],
+    values: [f64; 3],
+    /// How far the deviation may rise above its corners, mm.
+    bump: f64,
+}
+
+impl Facet {
+    fn highest(&self) -> f64 {
+        self.values.iter().copied().fold(f64::NEG_INFINITY, f64::max)
+    }
+
+    fn potential(&self) -> f64 {
+        self.highest() + 2.0 * self.bump
+    }
+
+    /// What a climber goes by: the highest corner, and the others a little, which tell the two sides of it apart.
+    fn score(&self) -> f64 {
+        self.highest() + 0.1 * self.values.iter().sum::<f64>()
+    }
+}
+
+/// The search for one extreme.
+pub(super) struct Refinement<'a, M> {
+    surface: &'a DesignSurface,
+    sweep: &'a Sweep<'a, M>,
+    grid: &'a SampleGrid,
+    side: Side,
+    /// Deviation that counts for uncut samples, mm.
+    uncut: f64,
+    /// Value beyond which nothing is measured, mm.
+    clamp: f64,
+    facets: Vec<Facet>,
+    best: Option<MeasuredSample>,
+    peak: f64,
+    spent: usize,
+}
+
+/// Triangles climbed in from the start.
+const CLIMBERS: usize = 48;
+/// Splits of a climb: a millimetre comes down to less than a tenth of a micrometre.
+const CLIMB: usize = 14;
+/// Facets that a climb keeps.
+const BEAM: usize = 2;
+/// Facets split at once in the sweep over all.
+const BATCH: usize = 256;
+
+impl<'a, M: BlockMotion> Refinement<'a, M> {
+    pub(super) fn new(
+        surface: &'a DesignSurface,
+        sweep: &'a Sweep<'a, M>,
+        window: Window,
+        grid: &'a SampleGrid,
+        samples: &[MeasuredSample],
+        side: Side,
+    ) -> Self {
+        let (uncut, clamp) = match side {
+            Side::Overcut => (-window.outward, window.inward),
+            Side::Undercut => (window.outward, window.outward),
+        };
+        let (facets, best, peak, spent) = (Vec::new(), None, f64::NEG_INFINITY, 0);
+        let mut this = Self { surface, sweep, grid, side, uncut, clamp, facets, best, peak, spent };
+        let values: Vec<f64> = samples.iter().map(|s| this.value(s)).collect();
+        for sample in samples {
+            this.consider(*sample);
+        }
+        let bumps = bumps(grid, &values);
+        let facet = |(triangle, corners): (usize, &[u32; 3])| Facet {
+            triangle,
+            weights: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+            values: corners.map(|v| values[v as usize]),
+            bump: corners.map(|v| bumps[v as usize]).into_iter().fold(0.0, f64::max),
+        };
+        // Overcut is not looked for next to uncut samples, where the deviation jumps: what no pass reaches fails anyway.
+        let uncut = |corners: &[u32; 3]| corners.iter().any(|v| samples[*v as usize].touch.is_none());
+        this.facets = grid.triangles.iter().enumerate().filter(|(_, c)| !uncut(c)).map(facet).collect();
+        this
+    }
+
+    /// Splits the facets that may rise above the highest value found until none may by more than `change`, or the
+    /// samples spent exceed those of the grid. Returns the extreme and the number of samples spent.
+    pub(super) fn run(mut self, change: f64) -> (Option<MeasuredSample>, usize) {
+        self.facets.sort_by(|a, b| b.potential().total_cmp(&a.potential()));
+        self.climb(change);
+        let budget = self.grid.samples.len().max(4096);
+        while self.spent < budget && self.peak < self.clamp {
+            let floor = self.peak + change;
+            self.facets.retain(|f| f.potential() > floor);
+            if self.facets.is_empty() {
+                break;
+            }
+            self.facets.sort_by(|a, b| b.potential().total_cmp(&a.potential()));
+            let rest = self.facets.split_off(self.facets.len().min(BATCH));
+            let batch = std::mem::replace(&mut self.facets, rest);
+            let children = self.split(&batch);
+            self.facets.extend(children.into_iter().flatten());
+        }
+        (self.best, self.spent)
+    }
+
+    /// Goes straight up from the most promising facets, so that the sweep over all has a high floor.
+    fn climb(&mut self, change: f64) {
+        let mut climbs: Vec<Vec<Facet>> = self.facets.iter().take(CLIMBERS).map(|f| vec![*f]).collect();
+        for _ in 0..CLIMB {
+            if self.peak >= self.clamp {
+                return;
+            }
+            let floor = self.peak + 0.1 * change;
+            climbs.iter_mut().for_each(|climb| climb.retain(|f| f.potential() > floor));
+            let batch: Vec<Facet> = climbs.concat();
+            let mut children = self.split(&batch).into_iter();
+            for climb in &mut climbs {
+                let mut next: Vec<Facet> = children.by_ref().take(climb.len()).flatten().collect();
+                next.sort_by(|a, b| b.score().total_cmp(&a.score()));
+                next.truncate(BEAM);
+                *climb = next;
+            }
+        }
+    }
+
+    fn value(&self, sample: &MeasuredSample) -> f64 {
+        let sign = if self.side == Side::Undercut { 1.0 } else { -1.0 };
+        sample.deviation().map_or(sign * self.uncut, |d| sign * d)
+    }
+
+    fn consider(&mut self, sample: MeasuredSample) {
+        let value = self.value(&sample);
+        if value > self.peak {
+            self.peak = value;
+            self.best = Some(sample);
+        }
+    }
+
+    /// The four quarters of each facet.
+    fn split(&mut self, batch: &[Facet]) -> Vec<[Facet; 4]> {
+        let places = batch.iter().flat_map(|facet| {
+            let corners = self.grid.triangles[facet.triangle].map(|v| &self.grid.samples[v as usize]);
+            facet.middles().map(|weights| self.surface.between(corners, weights))
+        });
+        let measured = measure_samples(self.sweep, places.collect());
+        self.spent += measured.len();
+        for sample in &measured {
+            self.consider(*sample);
+        }
+        let found: Vec<f64> = measured.iter().map(|sample| self.value(sample)).collect();
+        batch
+            .iter()
+            .zip(found.chunks_exact(3))
+            .map(|(facet, found)| facet.quarters([found[0], found[1], found[2]]))
+            .collect()
+    }
+}
+
+impl Facet {
+    /// Weights of the middles of the sides.
+    fn middles(&self) -> [[f64; 3]; 3] {
+        let w = &self.weights;
+        [(0, 1), (1, 2), (2, 0)].map(|(a, b)| std::array::from_fn(|i| 0.5 * (w[a][i] + w[b][i])))
+    }
+
+    /// The quarters, given the values in the middles of the sides.
+    fn quarters(&self, found: [f64; 3]) -> [Self; 4] {
+        let (w, m, v) = (&self.weights, self.middles(), &self.values);
+        let bend = |k: usize| (found[k] - 0.5 * (v[k] + v[(k + 1) % 3])).abs();
+        let bump = bend(0).max(bend(1)).max(bend(2)).max(0.5 * self.bump);
+        let quarter =
+            |weights: [[f64; 3]; 3], values: [f64; 3]| Self { triangle: self.triangle, weights, values, bump };
+        [
+            quarter([w[0], m[0], m[2]], [v[0], found[0], found[2]]),
+            quarter([m[0], w[1], m[1]], [found[0], v[1], found[1]]),
+            quarter([m[2], m[1], w[2]], [found[2], found[1], v[2]]),
+            quarter(m, found),
+        ]
+    }
+}
+
+/// How far each value lies from the mean of its neighbours.
+fn bumps(grid: &SampleGrid, values: &[f64]) -> Vec<f64> {
+    let mut sums = vec![(0.0, 0u32); values.len()];
+    for triangle in &grid.triangles {
+        for (a, b) in edges(triangle) {
+            for (vertex, other) in [(a, b), (b, a)] {
+                let sum = &mut sums[vertex as usize];
+                sum.0 += values[other as usize];
+                sum.1 += 1;
+            }
+        }
+    }
+    values.iter().zip(sums).map(|(v, (sum, n))| if n > 0 { (v - sum / f64::from(n)).abs() } else { 0.0 }).collect()
+}
