@@ -18,7 +18,7 @@ use rayon::prelude::*;
 /// Share of the allowance that a block is aimed at.
 const AIM: f64 = 0.95;
 /// Samples of a block while its length is sought, and for the final measure.
-const SAMPLES: (usize, usize) = (8, 32);
+const SAMPLES: (usize, usize) = (8, 24);
 /// Attempts to find the longest block from one place.
 const ATTEMPTS: usize = 12;
 /// Share of the allowance within which the axis may be held in the pole rather than turned about it.
@@ -379,10 +379,12 @@ impl Cutter<'_> {
             let tip = moving.tip - pose.tip;
             let top = moving.at_height(self.flute()) - pose.at_height(self.flute());
             let size = tip_rate.norm_squared() + top_rate.norm_squared();
-            if size <= 0.0 {
+            let slope = tip.dot(&tip_rate) + top.dot(&top_rate);
+            // A step gains slope^2 / size of the squared distance.
+            if slope * slope <= 1e-3 * distance * distance * size {
                 break;
             }
-            t = (t + (tip.dot(&tip_rate) + top.dot(&top_rate)) / size).clamp(low, high);
+            t = (t + slope / size).clamp(low, high);
         }
         best
     }

@@ -12,7 +12,7 @@ pub mod linearize;
 pub mod model;
 #[cfg(test)]
 pub(crate) mod path_tests;
-pub mod rotaries;
+mod rotaries;
 pub mod schema;
 pub mod setup;
 mod stations;
@@ -27,6 +27,5 @@ pub use check::{CheckReport, check};
 pub use control::{Control, Dialect, DialectOptions, FeedMode, TcpInterpolation, WorkOffset};
 pub use linearize::{LinearizeOptions, Linearized, linearize};
 pub use model::{AxisZero, Carrier, LinearAxis, Machine, RotaryAxis, Sense, Spindle, Travel};
-pub use rotaries::Unreachable;
 pub use schema::schema;
-pub use setup::{Interpolation, InverseSolutions, Segment, Setup};
+pub use setup::{Interpolation, InverseSolutions, Segment, Setup, Unreachable};

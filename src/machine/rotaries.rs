@@ -23,35 +23,55 @@ const POLE: f64 = 1e-11;
 /// How far out of reach, radians, a direction may lie to be taken as rounding.
 const ROUNDING: f64 = 2e-11;
 
-/// A tool axis direction that the rotary axes cannot make.
+/// A right-handed turn about an axis, with what it costs to know.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Unreachable {
-    /// Letter of the rotary axis that would have to reach further.
-    pub axis: char,
-    /// By how much the direction misses the reachable zone, radians.
-    pub by: f64,
+pub(super) struct Turn {
+    /// Radians.
+    pub(super) angle: f64,
+    /// Its sine and cosine.
+    pub(super) sin_cos: (f64, f64),
 }
 
-/// Both pairs of angles for one direction.
+impl Turn {
+    /// A turn by an angle, radians.
+    pub(super) fn by(angle: f64) -> Self {
+        Self { angle, sin_cos: angle.sin_cos() }
+    }
+
+    /// Turns a vector about a unit axis (Rodrigues).
+    pub(super) fn apply(&self, axis: &Vector, v: Vector) -> Vector {
+        let (sin, cos) = self.sin_cos;
+        let along = axis * axis.dot(&v);
+        along + (v - along) * cos + axis.cross(&v) * sin
+    }
+
+    /// The turn the other way.
+    #[must_use]
+    pub(super) fn back(&self) -> Self {
+        let (sin, cos) = self.sin_cos;
+        Self { angle: -self.angle, sin_cos: (-sin, cos) }
+    }
+}
+
+/// Both pairs of turns for one direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Orientations {
-    /// `[first, second]` in chain order, radians, within half a turn of zero; one pair a branch.
-    pub angles: [[f64; 2]; 2],
+pub(super) struct Orientations {
+    /// `[first, second]` in chain order, within half a turn of zero; one pair a branch.
+    pub(super) branches: [[Turn; 2]; 2],
     /// The first angle may be anything; it is given as zero.
-    pub free: bool,
+    pub(super) free: bool,
 }
 
 /// Two rotary axes in the order of the chain from part to tool, with what does not change from pose to pose.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Rotaries {
+pub(super) struct Rotaries {
     first: Vector,
-    second: Vector,
     /// Components of the spindle axis: along the second axis, across it, and the third direction.
     along: Vector,
     across: Vector,
     third: Vector,
-    /// Angle of the second axis at which the tool comes nearest to the first axis.
-    nearest: f64,
+    /// Turn of the second axis at which the tool comes nearest to the first axis.
+    nearest: Turn,
     /// Sine and cosine of (mu - kappa)/2 and (mu + kappa)/2.
     half_difference: (f64, f64),
     half_sum: (f64, f64),
@@ -59,7 +79,7 @@ pub struct Rotaries {
 
 impl Rotaries {
     /// Refuses directions with which no two angles of freedom remain.
-    pub fn new(first: Direction, second: Direction, spindle: Direction) -> Result<Self, &'static str> {
+    pub(super) fn new(first: Direction, second: Direction, spindle: Direction) -> Result<Self, &'static str> {
         let (e1, e2, a) = (first.into_inner(), second.into_inner(), spindle.into_inner());
         if e1.cross(&e2).norm() < 1e-6 {
             return Err("the two rotary axes are parallel, so that together they turn about one direction only");
@@ -73,31 +93,30 @@ impl Rotaries {
         let (across, third) = (a - along, e2.cross(&a));
         Ok(Self {
             first: e1,
-            second: e2,
             along,
             across,
             third,
-            nearest: e1.dot(&third).atan2(e1.dot(&across)),
+            nearest: Turn::by(e1.dot(&third).atan2(e1.dot(&across))),
             half_difference: ((mu - kappa) / 2.0).sin_cos(),
             half_sum: ((mu + kappa) / 2.0).sin_cos(),
         })
     }
 
     /// Smallest and largest angle between the first axis and the directions that can be made, radians.
-    pub fn reach(&self) -> [f64; 2] {
+    pub(super) fn reach(&self) -> [f64; 2] {
         let difference = 2.0 * self.half_difference.0.atan2(self.half_difference.1);
         let sum = 2.0 * self.half_sum.0.atan2(self.half_sum.1);
         [difference.abs(), sum.min(2.0 * PI - sum)]
     }
 
     /// Angle between the tool axis and the pole, that is the first axis or its opposite, radians.
-    pub fn pole_distance(&self, axis: &Direction) -> f64 {
+    pub(super) fn pole_distance(&self, axis: &Direction) -> f64 {
         let (near, far) = ((self.first - axis.into_inner()).norm(), (self.first + axis.into_inner()).norm());
         2.0 * (near.min(far) / 2.0).min(1.0).asin()
     }
 
-    /// The angles for a direction.
-    pub fn solve(&self, axis: &Direction) -> Result<Orientations, Unreachable> {
+    /// The turns for a direction; or by how much, in radians, it misses what the axes can make.
+    pub(super) fn solve(&self, axis: &Direction) -> Result<Orientations, f64> {
         let d = axis.into_inner();
         // Half chords: sine and cosine of alpha/2, exact near both poles.
         let (sin, cos) = ((self.first - d).norm() / 2.0, (self.first + d).norm() / 2.0);
@@ -107,31 +126,41 @@ impl Rotaries {
         let under = [ss * cos + sc * sin, ss * cos - sc * sin];
         let short = over[0].min(over[1]).min(under[0]).min(under[1]);
         if short < -ROUNDING / 2.0 {
-            return Err(Unreachable { axis: ' ', by: -2.0 * short.max(-1.0).asin() });
+            return Err(-2.0 * short.max(-1.0).asin());
         }
         let rise = (over[0] * over[1]).max(0.0).sqrt();
         let run = (under[0] * under[1]).max(0.0).sqrt();
-        let psi = 2.0 * rise.atan2(run);
+        let psi = Turn { angle: 2.0 * rise.atan2(run), sin_cos: double(rise, run) };
         let free = sin < POLE / 2.0 || cos < POLE / 2.0;
-        let branch = |second: f64| {
-            let (s, c) = second.sin_cos();
+        let branch = |psi: Turn| {
+            let second = sum(&self.nearest, &psi);
+            let (s, c) = second.sin_cos;
             let tool = self.along + self.across * c + self.third * s;
-            let first = if free { 0.0 } else { self.turn_onto(&tool, &d) };
-            [first, wrap(second)]
+            let first = if free { Turn::by(0.0) } else { self.turn_onto(&tool, &d) };
+            [first, second]
         };
-        Ok(Orientations { angles: [branch(self.nearest + psi), branch(self.nearest - psi)], free })
+        Ok(Orientations { branches: [branch(psi), branch(psi.back())], free })
     }
 
-    /// Angle about the first axis from `from` to `to`; from components across the axis, which stay exact near it.
-    fn turn_onto(&self, from: &Vector, to: &Vector) -> f64 {
+    /// Turn about the first axis from `from` to `to`; from components across the axis, which stay exact near it.
+    fn turn_onto(&self, from: &Vector, to: &Vector) -> Turn {
         let (from, to) = (self.first.cross(from), self.first.cross(to));
-        self.first.dot(&from.cross(&to)).atan2(from.dot(&to))
+        let (y, x) = (self.first.dot(&from.cross(&to)), from.dot(&to));
+        let length = (x * x + y * y).sqrt();
+        if length > 0.0 { Turn { angle: y.atan2(x), sin_cos: (y / length, x / length) } } else { Turn::by(0.0) }
     }
+}
 
-    /// Directions of the axes in the order of the chain.
-    pub fn directions(&self) -> [Vector; 2] {
-        [self.first, self.second]
-    }
+/// Sine and cosine of twice the angle whose tangent is `rise / run`.
+fn double(rise: f64, run: f64) -> (f64, f64) {
+    let square = rise * rise + run * run;
+    (2.0 * rise * run / square, (run * run - rise * rise) / square)
+}
+
+/// One turn after another about the same axis, within half a turn of zero.
+fn sum(a: &Turn, b: &Turn) -> Turn {
+    let ((sa, ca), (sb, cb)) = (a.sin_cos, b.sin_cos);
+    Turn { angle: wrap(a.angle + b.angle), sin_cos: (sa * cb + ca * sb, ca * cb - sa * sb) }
 }
 
 /// The same angle within half a turn of zero, radians.

@@ -17,14 +17,12 @@
 use super::axes::AxisPosition;
 use super::control::TcpInterpolation;
 use super::model::{AxisZero, Carrier, Machine};
-use super::rotaries::{Orientations, Rotaries};
+use super::rotaries::{Orientations, Rotaries, Turn};
 use crate::diagnostic::{Diagnostic, Result};
 use crate::geometry::{Direction, Point, Vector};
 use crate::motion::Pose;
-use nalgebra::{Matrix3, Rotation3};
+use nalgebra::Matrix3;
 use std::f64::consts::TAU;
-
-pub use super::rotaries::Unreachable;
 
 /// How the control gets from one block's end to the next.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -35,6 +33,15 @@ pub enum Interpolation {
     TipAndRotary,
     /// Tip straight in the part, tool axis along the great circle (TCP on with vector interpolation).
     TipAndVector,
+}
+
+/// A tool axis direction that the rotary axes cannot make.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Unreachable {
+    /// Letter of the rotary axis that would have to reach further.
+    pub axis: char,
+    /// By how much the direction misses the reachable zone, radians.
+    pub by: f64,
 }
 
 /// The axis positions that bring the tool to a pose: one a branch.
@@ -70,20 +77,15 @@ struct Joint {
     /// Index in the machine file's order.
     index: usize,
     on: Carrier,
-    direction: Direction,
+    direction: Vector,
     pivot: Vector,
     sign: f64,
 }
 
 impl Joint {
     /// Turns a point about the axis.
-    fn turn(&self, rotation: &Rotation3<f64>, point: Vector) -> Vector {
-        rotation * (point - self.pivot) + self.pivot
-    }
-
-    /// Turns a point back.
-    fn unturn(&self, rotation: &Rotation3<f64>, point: Vector) -> Vector {
-        rotation.inverse_transform_vector(&(point - self.pivot)) + self.pivot
+    fn turn(&self, turn: &Turn, point: Vector) -> Vector {
+        turn.apply(&self.direction, point - self.pivot) + self.pivot
     }
 }
 
@@ -112,14 +114,21 @@ impl Setup {
         }
         let joints = machine.chain.map(|index| {
             let axis = &machine.rotary[index];
-            Joint { index, on: axis.on, direction: axis.direction, pivot: axis.pivot.coords, sign: axis.sign() }
+            Joint {
+                index,
+                on: axis.on,
+                direction: axis.direction.into_inner(),
+                pivot: axis.pivot.coords,
+                sign: axis.sign(),
+            }
         });
         let directions = Matrix3::from_columns(&machine.linear.each_ref().map(|axis| axis.direction.into_inner()));
         let inverse_directions = directions.try_inverse().ok_or_else(|| {
             Diagnostic::error(format!("the linear axes of machine {} lie in one plane", machine.name))
                 .help("give them directions that span space")
         })?;
-        let rotaries = Rotaries::new(joints[0].direction, joints[1].direction, machine.spindle.axis)
+        let [first, second] = machine.chain.map(|index| machine.rotary[index].direction);
+        let rotaries = Rotaries::new(first, second, machine.spindle.axis)
             .map_err(|reason| Diagnostic::error(format!("machine {}: {reason}", machine.name)))?;
         let lever = machine.spindle.axis.into_inner() * tool_length;
         let shift = match machine.spindle.axis_zero {
@@ -174,85 +183,102 @@ impl Setup {
         }
     }
 
-    /// The rotations of the chain from part to tool for rotary positions in the machine file's order, radians.
-    fn rotations(&self, rotary: [f64; 2]) -> [Rotation3<f64>; 2] {
-        self.joints.map(|joint| Rotation3::from_axis_angle(&joint.direction, joint.sign * pick(rotary, joint.index)))
+    /// The turns of the chain from part to tool for rotary positions in the machine file's order, radians.
+    fn turns(&self, rotary: [f64; 2]) -> [Turn; 2] {
+        self.joints.map(|joint| Turn::by(joint.sign * rotary[joint.index & 1]))
     }
 
-    /// The tip before the tables turn it: head rotations applied, linear axes at zero.
-    fn tip_at_linear_zero(&self, rotations: &[Rotation3<f64>; 2]) -> Vector {
+    /// The tip before the tables turn it: head turns applied, linear axes at zero.
+    fn tip_at_linear_zero(&self, turns: &[Turn; 2]) -> Vector {
         let mut tip = self.tip;
-        for (joint, rotation) in self.joints.iter().zip(rotations).rev() {
+        for (joint, turn) in self.joints.iter().zip(turns).rev() {
             if joint.on == Carrier::Head {
-                tip = joint.turn(rotation, tip);
+                tip = joint.turn(turn, tip);
             }
         }
         tip + self.shift
     }
 
+    fn turned_axis(&self, [first, second]: &[Turn; 2]) -> Direction {
+        let spindle = self.machine.spindle.axis.into_inner();
+        let tilted = second.apply(&self.joints[1].direction, spindle);
+        Direction::new_normalize(first.apply(&self.joints[0].direction, tilted))
+    }
+
     /// Where the tool stands in the part frame.
     pub fn forward(&self, axes: &AxisPosition) -> Pose {
-        let rotations = self.rotations(axes.rotary);
-        let mut tip = self.tip_at_linear_zero(&rotations) + self.directions * Vector::from(axes.linear);
-        for (joint, rotation) in self.joints.iter().zip(&rotations).rev() {
+        let turns = self.turns(axes.rotary);
+        let mut tip = self.tip_at_linear_zero(&turns) + self.directions * Vector::from(axes.linear);
+        for (joint, turn) in self.joints.iter().zip(&turns).rev() {
             if joint.on == Carrier::Table {
-                tip = joint.turn(rotation, tip);
+                tip = joint.turn(turn, tip);
             }
         }
-        let axis = rotations[0] * (rotations[1] * self.machine.spindle.axis.into_inner());
-        Pose { tip: Point::from(tip - Vector::from(self.work_offset)), axis: Direction::new_normalize(axis) }
+        Pose { tip: Point::from(tip - Vector::from(self.work_offset)), axis: self.turned_axis(&turns) }
     }
 
     /// The tool axis in the part frame for rotary positions in the machine file's order, radians.
     pub fn axis(&self, rotary: [f64; 2]) -> Direction {
-        let [first, second] = self.rotations(rotary);
-        Direction::new_normalize(first * (second * self.machine.spindle.axis.into_inner()))
+        self.turned_axis(&self.turns(rotary))
     }
 
     /// The positions of the linear axes that bring the tip to a point of the part with the rotary axes where they are;
     /// `rotary` in radians, `tip` in the part frame.
     pub fn with_rotary(&self, tip: &Point, rotary: [f64; 2]) -> AxisPosition {
-        let rotations = self.rotations(rotary);
+        AxisPosition { linear: self.linear(tip, &self.turns(rotary)), rotary }
+    }
+
+    fn linear(&self, tip: &Point, turns: &[Turn; 2]) -> [f64; 3] {
         let mut wanted = tip.coords + Vector::from(self.work_offset);
-        for (joint, rotation) in self.joints.iter().zip(&rotations) {
+        for (joint, turn) in self.joints.iter().zip(turns) {
             if joint.on == Carrier::Table {
-                wanted = joint.unturn(rotation, wanted);
+                wanted = joint.turn(&turn.back(), wanted);
             }
         }
-        let linear = self.inverse_directions * (wanted - self.tip_at_linear_zero(&rotations));
-        AxisPosition { linear: linear.into(), rotary }
+        (self.inverse_directions * (wanted - self.tip_at_linear_zero(turns))).into()
+    }
+
+    /// Rotary positions in the machine file's order of turns in the order of the chain.
+    fn rotary(&self, turns: &[Turn; 2]) -> [f64; 2] {
+        let mut rotary = [0.0; 2];
+        for (joint, turn) in self.joints.iter().zip(turns) {
+            rotary[joint.index & 1] = joint.sign * turn.angle;
+        }
+        rotary
     }
 
     /// The axis positions that bring the tool to a pose of the part frame. Limits are not looked at.
     pub fn inverse(&self, pose: &Pose) -> Result<InverseSolutions, Unreachable> {
-        let Orientations { angles, free } = self
-            .rotaries
-            .solve(&pose.axis)
-            .map_err(|e| Unreachable { axis: self.machine.rotary[self.joints[1].index].letter, ..e })?;
-        let branches = angles.map(|chain| {
-            let mut rotary = [0.0; 2];
-            for (joint, angle) in self.joints.iter().zip(chain) {
-                rotary[joint.index & 1] = joint.sign * angle;
-            }
-            self.with_rotary(&pose.tip, rotary)
-        });
+        let Orientations { branches, free } = self.orientations(pose)?;
+        let branches =
+            branches.map(|turns| AxisPosition { linear: self.linear(&pose.tip, &turns), rotary: self.rotary(&turns) });
         Ok(InverseSolutions { branches, free: free.then_some(self.joints[0].index) })
+    }
+
+    fn orientations(&self, pose: &Pose) -> Result<Orientations, Unreachable> {
+        let letter = self.machine.rotary[self.joints[1].index].letter;
+        self.rotaries.solve(&pose.axis).map_err(|by| Unreachable { axis: letter, by })
     }
 
     /// Of all axis positions for a pose, whole turns added, the one whose rotary angles are nearest to `rotary`,
     /// radians. A free axis stays at its angle in `rotary`. `None` if the machine cannot make the direction.
     pub fn inverse_near(&self, pose: &Pose, rotary: [f64; 2]) -> Option<AxisPosition> {
-        let solutions = self.inverse(pose).ok()?;
-        let unwound = solutions.branches.map(|branch| {
-            let mut angles: [f64; 2] = std::array::from_fn(|k| unwind(branch.rotary[k], rotary[k]));
-            if let Some(free) = solutions.free {
-                angles[free & 1] = rotary[free & 1];
+        let Orientations { branches, free } = self.orientations(pose).ok()?;
+        let unwound = branches.each_ref().map(|turns| {
+            let angles = self.rotary(turns);
+            let mut angles: [f64; 2] = std::array::from_fn(|k| unwind(angles[k], rotary[k]));
+            if free {
+                let index = self.joints[0].index & 1;
+                angles[index] = rotary[index];
             }
             angles
         });
         let distance = |angles: &[f64; 2]| (angles[0] - rotary[0]).hypot(angles[1] - rotary[1]);
-        let best = if distance(&unwound[1]) < distance(&unwound[0]) { unwound[1] } else { unwound[0] };
-        Some(self.with_rotary(&pose.tip, best))
+        let best = usize::from(distance(&unwound[1]) < distance(&unwound[0]));
+        if free {
+            return Some(self.with_rotary(&pose.tip, unwound[best]));
+        }
+        Some(AxisPosition { linear: self.linear(&pose.tip, &branches[best]), rotary: unwound[best] })
     }
 
     /// What the control does between two positions.
@@ -304,8 +330,4 @@ impl Segment<'_> {
 /// The angle that differs from `angle` by whole turns and is nearest to `near`, radians.
 pub fn unwind(angle: f64, near: f64) -> f64 {
     angle + ((near - angle) / TAU).round() * TAU
-}
-
-fn pick(pair: [f64; 2], index: usize) -> f64 {
-    if index == 0 { pair[0] } else { pair[1] }
 }

@@ -1,8 +1,7 @@
 //! Poses along a tool path, close enough together that both branches of the inverse kinematics can be followed from one
 //! to the next. Uses `diagnostic` and `motion`.
 
-use super::rotaries::Unreachable;
-use super::setup::{InverseSolutions, Setup, unwind};
+use super::setup::{InverseSolutions, Setup, Unreachable, unwind};
 use crate::diagnostic::{Diagnostic, Result};
 use crate::motion::{Pass, PassKind, Pose, ToolPath};
 
