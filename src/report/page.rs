@@ -5,7 +5,6 @@ use super::encode::{escape, number};
 use super::legend::legend;
 use super::payload::payload;
 use super::plot::axis_figure;
-use std::fmt::Write;
 
 const TEMPLATE: &str = include_str!("page/page.html");
 const STYLE: &str = include_str!("page/page.css");
