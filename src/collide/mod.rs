@@ -1,1 +1,23 @@
-//! Clearance of shank, holder and tool against part and check surfaces; the only user of the collision library. May use: geometry, part, tool, motion.
+//! Clearance of flutes, shank and holder from part and check surfaces, continuous in time; the only user of the
+//! collision library, for its bounding volume hierarchy. May use: geometry, part, tool, motion.
+//!
+//! The tool is a union of convex solids of revolution. The signed distance from a convex solid is a convex function of
+//! the point, so its value and gradient at one point bound it from below on a whole box or triangle, and a support
+//! plane bounds how a motion can change it ([`Sweep`]). Branching over triangles and time with these bounds gives the
+//! smallest clearance with a guarantee: no pose is sampled and then trusted for its neighbours.
+//!
+//! What is seen is contact with surfaces, so a collision is found where the tool crosses one; a tool that stays inside
+//! a closed body for the whole motion crosses nothing.
+
+mod clearance;
+mod obstacle;
+mod solid;
+mod sweep;
+
+pub use clearance::{Approach, Clearance, Move};
+pub use obstacle::{Obstacle, ObstacleError, Role};
+pub use solid::ToolSolid;
+pub use sweep::{Leg, Sweep};
+
+#[cfg(test)]
+mod tests;
