@@ -51,6 +51,9 @@ const DEPTH_SHARE: f64 = 0.01;
 /// Smallest resolution that floating point still tells apart at the sizes of machine tools, mm.
 const FINEST: f64 = 1e-6;
 
+/// An interval of shares that is not halved further: near the rounding of poses.
+const INSTANT: f64 = 1e-12;
+
 impl Clearance<'_> {
     /// Every move, section and obstacle that come nearer than `margin` mm, in the order of the moves; each with its
     /// nearest approach. What is not listed keeps at least `margin` less the resolution.
@@ -134,8 +137,7 @@ impl Clearance<'_> {
             if limit <= -piece.deepest() {
                 break;
             }
-            // Below the rounding of shares an interval is an instant.
-            if seen.least >= limit || seen.interval.to - seen.interval.from < f64::EPSILON {
+            if seen.least >= limit || seen.interval.to - seen.interval.from < INSTANT {
                 continue;
             }
             let halves = seen.interval.halves().into_iter();
