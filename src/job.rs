@@ -11,10 +11,9 @@ use crate::geometry::{RigidMotion, Vector};
 use crate::machine::Dialect;
 use crate::motion::FeedReference;
 use crate::part::{ReadOptions, Units};
+use crate::plan::{Method, Strategy, StrategyKind, TipSide};
 use crate::tool::Tool;
 use limits::Checks;
-
-pub use raw::StrategyKind;
 
 /// A checked job.
 #[derive(Clone, Debug)]
@@ -33,6 +32,8 @@ pub struct Job {
     pub feed: Feed,
     /// How to write.
     pub output: Output,
+    /// What the user should know although the job is good.
+    pub warnings: Vec<Diagnostic>,
     text: TomlText,
 }
 
@@ -49,23 +50,6 @@ pub struct PartSpec {
     pub undercut_tolerance: f64,
     /// How to read `file`.
     pub reading: ReadOptions,
-}
-
-/// How to plan.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Strategy {
-    /// Which planner.
-    pub kind: StrategyKind,
-    /// Wanted cutting direction in the part frame; the planner finds the best when left out.
-    pub direction: Option<Vector>,
-    /// Number of strips; the planner finds it when left out.
-    pub strips: Option<usize>,
-    /// Weight of the deviation.
-    pub accuracy_weight: Option<f64>,
-    /// Weight of smooth joints between strips.
-    pub g1_weight: Option<f64>,
-    /// Weight of fair rails.
-    pub fairness_weight: Option<f64>,
 }
 
 /// The machine and how the part stands on it.
@@ -99,7 +83,12 @@ pub struct Feed {
 pub struct Output {
     /// How far the flank may leave the tool path between blocks, rounding included, mm.
     pub linearization: f64,
+    /// Number of the program, for controls that count programs.
+    pub program_number: u32,
 }
+
+/// Weight of fairness against accuracy that leaves the planner's own balance as it is.
+const NEUTRAL_FAIRNESS: f64 = 1e-6;
 
 /// Share of the tighter tolerance that blocks may use up when the job does not say.
 const LINEARIZATION_SHARE: f64 = 0.1;
@@ -121,10 +110,10 @@ impl Job {
         let feed = Feed { cut: raw.feed.cut, reference: raw.feed.reference, spindle_rpm: raw.feed.spindle };
         let output = output(&mut checks, &raw.output, &part);
         match (checks.finish(), tool) {
-            (findings, Some(tool)) if findings.is_empty() => {
-                Ok(Self { name, part, tool, strategy, machine, feed, output, text })
+            ((findings, warnings), Some(tool)) if findings.is_empty() => {
+                Ok(Self { name, part, tool, strategy, machine, feed, output, warnings, text })
             }
-            (findings, _) => Err(findings),
+            ((findings, _), _) => Err(findings),
         }
     }
 
@@ -193,29 +182,51 @@ fn part(checks: &mut Checks<'_>, raw: raw::Part) -> PartSpec {
 }
 
 fn strategy(checks: &mut Checks<'_>, raw: raw::Strategy) -> Strategy {
-    let direction = raw.direction.map(Vector::from);
-    if let Some(direction) = direction.filter(|d| !(1e-6..=1e6).contains(&d.norm())) {
-        checks.refuse(
-            "strategy.direction",
-            format!("a vector of length {} gives no direction", direction.norm()),
-            "write a vector about as long as 1, such as [1.0, 0.0, 0.0], or leave it out",
-        );
-    }
-    let weights = raw.weights.unwrap_or_default();
-    let mut weight = |key: &str, value: Option<f64>| {
-        if let Some(value) = value {
-            checks.within(&format!("strategy.weights.{key}"), value, &limits::WEIGHT);
-        }
-        value
+    let mut strategy = Strategy::new(match raw.kind {
+        raw::StrategyKind::SingleSweep => StrategyKind::SingleSweep,
+        raw::StrategyKind::MultiStrip => StrategyKind::MultiStrip,
+    });
+    strategy.method = match raw.method {
+        raw::Method::Regulus => Method::Regulus,
+        raw::Method::Rulings => Method::Rulings,
     };
-    let accuracy_weight = weight("accuracy", weights.accuracy);
-    let g1_weight = weight("g1", weights.g1);
-    let fairness_weight = weight("fairness", weights.fairness);
+    strategy.tip = raw.tip.map(|side| match side {
+        raw::TipSide::Low => TipSide::Low,
+        raw::TipSide::High => TipSide::High,
+    });
+    strategy.direction = checks.vector("strategy.direction", raw.direction);
+    strategy.spindle = checks.vector("strategy.spindle", raw.spindle);
+    strategy.climb = raw.climb.unwrap_or(strategy.climb);
+    for (key, value) in [("engage_from", raw.engage_from), ("lead", raw.lead), ("stand_off", raw.stand_off)] {
+        if let Some(value) = value {
+            checks.within(&format!("strategy.{key}"), value, &limits::LENGTH);
+        }
+    }
+    (strategy.engage_from, strategy.lead, strategy.stand_off) = (raw.engage_from, raw.lead, raw.stand_off);
     if let Some(strips) = raw.strips {
         checks.within("strategy.strips", f64::from(strips), &limits::STRIPS);
+        strategy.strips = Some(strips as usize);
     }
-    let strips = raw.strips.map(|n| n as usize);
-    Strategy { kind: raw.kind, direction, strips, accuracy_weight, g1_weight, fairness_weight }
+    if let Some(weights) = raw.weights {
+        strategy.fairness *= fairness(checks, &weights);
+    }
+    strategy
+}
+
+/// What the weights make of the planner's own balance between accuracy and fairness.
+fn fairness(checks: &mut Checks<'_>, weights: &raw::Weights) -> f64 {
+    let mut weight = |key: &str, value: Option<f64>, neutral: f64| {
+        let value = value.unwrap_or(neutral);
+        checks.within(&format!("strategy.weights.{key}"), value, &limits::WEIGHT);
+        value / neutral
+    };
+    let (accuracy, fairness) =
+        (weight("accuracy", weights.accuracy, 1.0), weight("fairness", weights.fairness, NEUTRAL_FAIRNESS));
+    if let Some(g1) = weights.g1 {
+        checks.within("strategy.weights.g1", g1, &limits::WEIGHT);
+        checks.warn("strategy.weights.g1", "strips are fitted one by one: `g1` has no effect", "leave it out");
+    }
+    fairness / accuracy
 }
 
 fn machine(checks: &mut Checks<'_>, raw: raw::Machine) -> MachineSpec {
@@ -234,13 +245,16 @@ fn machine(checks: &mut Checks<'_>, raw: raw::Machine) -> MachineSpec {
 
 fn output(checks: &mut Checks<'_>, raw: &raw::Output, part: &PartSpec) -> Output {
     let tolerance = part.overcut_tolerance.min(part.undercut_tolerance);
-    match raw.linearization {
+    let linearization = match raw.linearization {
         Some(linearization) => {
             checks.within("output.linearization", linearization, &limits::LINEARIZATION);
-            Output { linearization }
+            linearization
         }
-        None => Output { linearization: limits::LINEARIZATION.clamp(tolerance * LINEARIZATION_SHARE) },
-    }
+        None => limits::LINEARIZATION.clamp(tolerance * LINEARIZATION_SHARE),
+    };
+    let program_number = raw.program_number.unwrap_or(1);
+    checks.within("output.program_number", f64::from(program_number), &limits::PROGRAM_NUMBER);
+    Output { linearization, program_number }
 }
 
 #[cfg(test)]

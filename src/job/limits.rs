@@ -1,6 +1,7 @@
 //! The sizes that a job may ask for, all in one place, and the checks against them.
 
-use crate::diagnostic::{Diagnostic, TomlText};
+use crate::diagnostic::{Diagnostic, Severity, TomlText};
+use crate::geometry::Vector;
 
 /// A closed or half-open interval of sensible values.
 pub(super) struct Limit {
@@ -26,7 +27,9 @@ pub(super) const FEED: Limit = Limit { low: 0.0, high: 200_000.0, low_allowed: f
 /// Spindle speed, 1/min. Zero is a spindle that stands, for a dry run.
 pub(super) const SPINDLE: Limit = Limit { low: 0.0, high: 500_000.0, low_allowed: true, unit: "1/min" };
 /// Weight of a term of the planner's objective.
-pub(super) const WEIGHT: Limit = Limit { low: 0.0, high: 1e12, low_allowed: true, unit: "" };
+pub(super) const WEIGHT: Limit = Limit { low: 0.0, high: 1e12, low_allowed: false, unit: "" };
+/// Number of a program: what the controls at hand count up to.
+pub(super) const PROGRAM_NUMBER: Limit = Limit { low: 1.0, high: 9999.0, low_allowed: true, unit: "" };
 /// Number of strips.
 pub(super) const STRIPS: Limit = Limit { low: 1.0, high: 1000.0, low_allowed: true, unit: "strips" };
 /// Tool number of a control's table.
@@ -55,18 +58,19 @@ impl Limit {
 pub(super) struct Checks<'a> {
     text: &'a TomlText,
     findings: Vec<Diagnostic>,
+    warnings: Vec<Diagnostic>,
     keys: Vec<String>,
 }
 
 impl<'a> Checks<'a> {
     pub(super) fn new(text: &'a TomlText) -> Self {
-        Self { text, findings: Vec::new(), keys: Vec::new() }
+        Self { text, findings: Vec::new(), warnings: Vec::new(), keys: Vec::new() }
     }
 
-    /// Everything found, in order of place.
-    pub(super) fn finish(mut self) -> Vec<Diagnostic> {
+    /// Everything found and everything warned of, in order of place.
+    pub(super) fn finish(mut self) -> (Vec<Diagnostic>, Vec<Diagnostic>) {
         self.findings.sort_by_key(|d| d.place.as_ref().map(|p| (p.line, p.column)));
-        self.findings
+        (self.findings, self.warnings)
     }
 
     /// The keys of a table.
@@ -78,6 +82,13 @@ impl<'a> Checks<'a> {
     pub(super) fn refuse(&mut self, key: &str, message: impl Into<String>, help: impl Into<String>) {
         self.findings.push(*self.text.blame(key, message).help(help));
         self.keys.push(key.to_owned());
+    }
+
+    /// Notes a warning about the value at `key`, with its remedy.
+    pub(super) fn warn(&mut self, key: &str, message: &str, help: &str) {
+        let mut warning = *self.text.blame(key, message).help(help);
+        warning.severity = Severity::Warning;
+        self.warnings.push(warning);
     }
 
     /// Whether something was found in a table.
@@ -99,6 +110,18 @@ impl<'a> Checks<'a> {
         for (i, value) in values.iter().enumerate() {
             self.within(&format!("{key}[{i}]"), *value, limit);
         }
+    }
+
+    /// A vector that gives a direction.
+    pub(super) fn vector(&mut self, key: &str, value: Option<[f64; 3]>) -> Option<Vector> {
+        let vector = Vector::from(value?);
+        let length = vector.norm();
+        if (1e-6..=1e6).contains(&length) {
+            return Some(vector);
+        }
+        let message = format!("a vector of length {length} gives no direction");
+        self.refuse(key, message, "write a vector about as long as 1, such as [1.0, 0.0, 0.0], or leave it out");
+        None
     }
 
     /// Format and version of the file.

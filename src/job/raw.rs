@@ -103,15 +103,35 @@ pub(super) struct Strategy {
     pub(super) direction: Option<[f64; 3]>,
     pub(super) weights: Option<Weights>,
     pub(super) strips: Option<u32>,
+    #[serde(default)]
+    pub(super) method: Method,
+    pub(super) tip: Option<TipSide>,
+    pub(super) spindle: Option<[f64; 3]>,
+    pub(super) climb: Option<bool>,
+    pub(super) engage_from: Option<f64>,
+    pub(super) lead: Option<f64>,
+    pub(super) stand_off: Option<f64>,
 }
 
-/// Which planner.
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
+#[derive(Clone, Copy, Default, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum StrategyKind {
-    /// One sweep over the whole part.
+pub(super) enum Method {
+    #[default]
+    Regulus,
+    Rulings,
+}
+
+#[derive(Clone, Copy, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum TipSide {
+    Low,
+    High,
+}
+
+#[derive(Clone, Copy, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum StrategyKind {
     SingleSweep,
-    /// Neighbouring strips that cover the part.
     MultiStrip,
 }
 
@@ -151,4 +171,5 @@ pub(super) struct Feed {
 #[serde(deny_unknown_fields)]
 pub(super) struct Output {
     pub(super) linearization: Option<f64>,
+    pub(super) program_number: Option<u32>,
 }

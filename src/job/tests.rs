@@ -60,10 +60,13 @@ fn good_job_is_read() {
     assert_eq!((job.part.overcut_tolerance, job.part.undercut_tolerance), (0.005, 0.020));
     assert_eq!(job.tool.flute_length(), 40.0);
     assert_eq!(job.strategy.kind, StrategyKind::MultiStrip);
-    assert_eq!(job.strategy.fairness_weight, Some(1e-6));
+    assert_eq!(job.strategy.direction, Some(Vector::x()));
+    assert_eq!(job.strategy.fairness, 1.0);
     assert_eq!(job.machine.work_offset, "G54");
     assert_eq!(job.feed, Feed { cut: 600.0, reference: FeedReference::Mid, spindle_rpm: 8000.0 });
-    assert_eq!(job.output.linearization, 0.005 * LINEARIZATION_SHARE);
+    assert_eq!(job.output, Output { linearization: 0.005 * LINEARIZATION_SHARE, program_number: 1 });
+    let warned: Vec<_> = job.warnings.iter().map(ToString::to_string).collect();
+    assert!(matches!(&warned[..], [one] if one.starts_with("warning: strips are fitted one by one")), "{warned:?}");
 }
 
 #[test]
@@ -172,6 +175,30 @@ fn keys_and_kinds_that_do_not_exist_are_refused() {
     assert!(after("file = \"blade.json\"", "file = \"blade.json\"\nface = \"#12\"").contains("leave `face` out"));
     assert!(after("name = \"blade\"", "name = \"\"").contains("write 1 to 60 characters"));
     assert!(after("cut = 600.0", "cut = nan").contains("nan is not a finite number"));
+}
+
+#[test]
+fn strategy_keys_reach_the_planner() {
+    let more = "kind = \"single-sweep\"\nmethod = \"rulings\"\nstrips = 3\ntip = \"high\"\nspindle = [0, 0, 2]\n\
+                climb = false\nengage_from = 1.5\nlead = 4\nstand_off = 3";
+    let text = GOOD.replacen("kind = \"multi-strip\"", more, 1).replacen("1e-6", "3e-6", 1);
+    let strategy = Job::read(&text, "job.toml").unwrap().strategy;
+    let wanted = Strategy {
+        kind: StrategyKind::SingleSweep,
+        method: Method::Rulings,
+        direction: Some(Vector::x()),
+        strips: Some(3),
+        tip: Some(TipSide::High),
+        spindle: Some(Vector::new(0.0, 0.0, 2.0)),
+        climb: false,
+        fairness: 3.0,
+        engage_from: Some(1.5),
+        lead: Some(4.0),
+        stand_off: Some(3.0),
+    };
+    assert!((strategy.fairness - 3.0).abs() < 1e-12);
+    assert_eq!(Strategy { fairness: 3.0, ..strategy }, wanted);
+    assert!(after("kind = \"multi-strip\"", "kind = \"multi-strip\"\nlead = -1").contains("strategy.lead = -1"));
 }
 
 #[test]
