@@ -2,9 +2,13 @@
 
 mod inputs;
 mod inspect;
+mod page;
+mod stages;
 
 pub use inputs::{InputFile, Inputs, hash, machine_of_job};
 pub use inspect::{
     AxisSummary, Control, Extent, FindingSummary, MotionSummary, MoveCounts, PartSummary, ProgramSummary, inspect_part,
     inspect_program, to_json,
 };
+pub use page::page;
+pub use stages::{Judged, PostRequest, Posted, judge, plan, post, post_job};

@@ -1,7 +1,7 @@
 //! Finding and reading what a command was given: jobs with the files they name, machines by name or path.
 
-use super::Refusal;
 use super::files::{read_bytes, read_text};
+use super::{Refusal, Terminal};
 use crate::diagnostic::{Diagnostic, Result};
 use crate::job::Job;
 use crate::machine::{Machine, builtin};
@@ -25,9 +25,13 @@ pub(super) fn machine_file(given: &str, folder: &Path) -> Result<MachineFile> {
     Ok(MachineFile { machine: Machine::named(given)?, text: builtin(given).unwrap_or_default().to_owned() })
 }
 
-/// Reads a job and every file that it names, relative to its own folder. `machine` replaces the job's machine.
-pub(super) fn job_inputs(path: &Path, machine: Option<&str>) -> Result<Inputs, Refusal> {
+/// Reads a job and every file that it names, relative to its own folder. `machine` replaces the job's machine. Warnings
+/// about the job go to the terminal.
+pub(super) fn job_inputs(path: &Path, machine: Option<&str>, terminal: &mut Terminal) -> Result<Inputs, Refusal> {
     let job = Job::read(&read_text(path)?, &path.display().to_string())?;
+    for warning in &job.warnings {
+        terminal.complain(warning);
+    }
     let folder = path.parent().unwrap_or(Path::new(""));
     let mut findings = Vec::new();
     let mut keep = |key: &str, found: Result<(String, Vec<u8>)>| match found {

@@ -5,9 +5,15 @@ mod files;
 mod inputs;
 mod inspect;
 mod machine;
+mod plan;
+mod post;
+mod run;
+mod summary;
 mod terminal;
+mod verify;
 
 use crate::diagnostic::Diagnostic;
+use crate::verify::Verdict;
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
 use terminal::Terminal;
@@ -28,6 +34,14 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Command {
+    /// The main job: plan, post, verify, report
+    Run(run::Arguments),
+    /// Plan the tool path of a job
+    Plan(plan::Arguments),
+    /// Write the NC program of a tool path
+    Post(post::Arguments),
+    /// Judge a program by what the swept tool leaves of a job's part
+    Verify(verify::Arguments),
     /// Say what an NC program or a part file holds
     Inspect(inspect::Arguments),
     /// The machines that come along, and checks of your own
@@ -44,6 +58,15 @@ enum Outcome {
     Good,
     /// Done, but the verdict is "fail".
     Failed,
+}
+
+impl Outcome {
+    fn of(verdict: Verdict) -> Self {
+        match verdict {
+            Verdict::Pass => Self::Good,
+            Verdict::Fail => Self::Failed,
+        }
+    }
 }
 
 /// Why a command did not run to its end.
@@ -65,7 +88,7 @@ impl From<Vec<Diagnostic>> for Refusal {
 pub fn main() -> ExitCode {
     let arguments = Arguments::parse();
     let mut terminal = Terminal::new();
-    match run(&arguments, &mut terminal) {
+    match dispatch(&arguments, &mut terminal) {
         Ok(Outcome::Good) => ExitCode::SUCCESS,
         Ok(Outcome::Failed) => ExitCode::from(1),
         Err(Refusal(findings)) => {
@@ -77,12 +100,16 @@ pub fn main() -> ExitCode {
     }
 }
 
-fn run(arguments: &Arguments, terminal: &mut Terminal) -> Result<Outcome, Refusal> {
+fn dispatch(arguments: &Arguments, terminal: &mut Terminal) -> Result<Outcome, Refusal> {
     if let Some(threads) = arguments.threads {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build_global();
         pool.map_err(|e| Diagnostic::error(format!("{threads} threads cannot be started: {e}")))?;
     }
     match &arguments.command {
+        Command::Run(arguments) => run::run(arguments, terminal),
+        Command::Plan(arguments) => plan::run(arguments, terminal),
+        Command::Post(arguments) => post::run(arguments, terminal),
+        Command::Verify(arguments) => verify::run(arguments, terminal),
         Command::Inspect(arguments) => inspect::run(arguments, terminal),
         Command::Machine { action } => machine::run(action, terminal),
     }

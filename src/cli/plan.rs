@@ -1,0 +1,28 @@
+//! `regulus plan`: the tool path of a job.
+
+use super::files::Outputs;
+use super::inputs::job_inputs;
+use super::{Outcome, Refusal, Terminal, summary};
+use crate::{motion, pipeline};
+use clap::Args;
+use std::path::PathBuf;
+
+#[derive(Args)]
+pub(super) struct Arguments {
+    /// The job file
+    job: PathBuf,
+    /// Write the tool path here
+    #[arg(long, value_name = "PATH.cl")]
+    out: PathBuf,
+}
+
+pub(super) fn run(arguments: &Arguments, terminal: &mut Terminal) -> Result<Outcome, Refusal> {
+    let inputs = job_inputs(&arguments.job, None, terminal)?;
+    terminal.progress("planning");
+    let plan = pipeline::plan(&inputs)?;
+    let mut outputs = Outputs::default();
+    outputs.add(arguments.out.clone(), motion::cl::write(&plan.path)?);
+    outputs.write()?;
+    terminal.print(&summary::of_plan(&plan));
+    Ok(Outcome::Good)
+}

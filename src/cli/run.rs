@@ -1,0 +1,42 @@
+//! `regulus run`: the main job from the job file to the report.
+
+use super::files::Outputs;
+use super::inputs::job_inputs;
+use super::{Outcome, Refusal, Terminal, summary};
+use crate::motion::cl;
+use crate::pipeline::{self, InputFile, to_json};
+use clap::Args;
+use std::path::PathBuf;
+
+#[derive(Args)]
+pub(super) struct Arguments {
+    /// The job file
+    job: PathBuf,
+    /// Write path.cl, the program, verify.json and report.html here
+    #[arg(long, value_name = "DIR", default_value = "out")]
+    out: PathBuf,
+}
+
+pub(super) fn run(arguments: &Arguments, terminal: &mut Terminal) -> Result<Outcome, Refusal> {
+    let inputs = job_inputs(&arguments.job, None, terminal)?;
+    terminal.progress("planning");
+    let plan = pipeline::plan(&inputs)?;
+    terminal.progress("posting");
+    let posted = pipeline::post_job(&inputs, &plan.path)?;
+    let program = format!("program.{}", posted.extension);
+    terminal.progress("verifying");
+    let file = InputFile { name: &program, bytes: posted.text.as_bytes() };
+    let judged = pipeline::judge(&inputs, file, Some(&plan.path), false)?;
+    terminal.progress("reporting");
+    let page = pipeline::page(&inputs, &judged, &posted.text)?;
+    let record = &judged.verified.record;
+    let mut outputs = Outputs::default();
+    outputs.add(arguments.out.join("path.cl"), cl::write(&plan.path)?);
+    outputs.add(arguments.out.join(&program), posted.text.as_str());
+    outputs.add(arguments.out.join("verify.json"), to_json(record)?);
+    outputs.add(arguments.out.join("report.html"), page);
+    outputs.write()?;
+    let parts = [summary::of_plan(&plan), summary::of_program(&posted), summary::of_verdict(record)];
+    terminal.print(&parts.concat());
+    Ok(Outcome::of(record.verdict))
+}

@@ -1,0 +1,42 @@
+//! `regulus verify`: what any program leaves of a job's part.
+
+use super::files::{Outputs, read_bytes};
+use super::inputs::job_inputs;
+use super::{Outcome, Refusal, Terminal, summary};
+use crate::pipeline::{InputFile, judge, to_json};
+use clap::Args;
+use std::path::PathBuf;
+
+#[derive(Args)]
+pub(super) struct Arguments {
+    /// The NC program, whoever wrote it
+    program: PathBuf,
+    /// Name of a machine that comes along, or path of a machine file
+    #[arg(long, value_name = "M.toml")]
+    machine: String,
+    /// The job: part, tool, tolerance and work offset
+    #[arg(long, value_name = "JOB.toml")]
+    job: PathBuf,
+    /// Write the figures here
+    #[arg(long, value_name = "V.json")]
+    json: Option<PathBuf>,
+    /// Judge the program although some of its text is not known
+    #[arg(long)]
+    despite_unknown: bool,
+}
+
+pub(super) fn run(arguments: &Arguments, terminal: &mut Terminal) -> Result<Outcome, Refusal> {
+    let bytes = read_bytes(&arguments.program)?;
+    let inputs = job_inputs(&arguments.job, Some(&arguments.machine), terminal)?;
+    terminal.progress("verifying");
+    let name = arguments.program.display().to_string();
+    let judged = judge(&inputs, InputFile { name: &name, bytes: &bytes }, None, arguments.despite_unknown)?;
+    let record = &judged.verified.record;
+    if let Some(path) = &arguments.json {
+        let mut outputs = Outputs::default();
+        outputs.add(path.clone(), to_json(record)?);
+        outputs.write()?;
+    }
+    terminal.print(&summary::of_verdict(record));
+    Ok(Outcome::of(record.verdict))
+}

@@ -1,0 +1,148 @@
+//! The stages of a job, each from what the stage before it gave: plan, post, verify.
+
+use super::{InputFile, Inputs};
+use crate::diagnostic::{Diagnostic, Result, Severity};
+use crate::feed::durations;
+use crate::machine::{LinearizeOptions, Machine, Setup, linearize};
+use crate::motion::ToolPath;
+use crate::nc::{self, Rules, WriteRequest, write};
+use crate::plan::{self, Plan, PlanRequest};
+use crate::simulate::{ToolMotion, simulate};
+use crate::verify::{Settings, Subject, ToleranceRecord, Verified, verify};
+
+/// How a program is to be written.
+#[derive(Clone, Copy, Debug)]
+pub struct PostRequest<'a> {
+    /// The tool path.
+    pub path: &'a ToolPath,
+    /// The machine.
+    pub machine: &'a Machine,
+    /// G code of one of the machine's work offsets.
+    pub work_offset: &'a str,
+    /// Number of the program, for controls that count programs.
+    pub number: u32,
+    /// Hash of everything the program is made from, see [`super::hash`].
+    pub input_hash: &'a str,
+}
+
+/// A program and what writing it cost.
+#[derive(Clone, Debug)]
+pub struct Posted {
+    /// The program.
+    pub text: String,
+    /// Extension of a program's file on its control.
+    pub extension: &'static str,
+    /// Moves, the first included.
+    pub moves: usize,
+    /// Largest distance of the flank from the tool path between blocks, rounding included, mm.
+    pub linearization: f64,
+    /// Lines whose feed a ceiling of the control lowers.
+    pub slowed: Vec<usize>,
+    /// Seconds lost to rounding and ceilings of the feed words.
+    pub lost: f64,
+}
+
+/// A program followed and measured.
+#[derive(Clone, Debug)]
+pub struct Judged {
+    /// What the program makes the tool do.
+    pub motion: ToolMotion,
+    /// Figures and verdict.
+    pub verified: Verified,
+}
+
+/// Plans the tool path of a job.
+pub fn plan(inputs: &Inputs) -> Result<Plan> {
+    let job = &inputs.job;
+    plan::plan(&PlanRequest {
+        name: &job.name,
+        part: &inputs.part,
+        tool: &job.tool,
+        strategy: &job.strategy,
+        overcut_tolerance: job.part.overcut_tolerance,
+        undercut_tolerance: job.part.undercut_tolerance,
+        cut_feed: job.feed.cut,
+        feed_reference: job.feed.reference,
+        spindle_rpm: job.feed.spindle_rpm,
+        linearization: job.output.linearization,
+    })
+    .map_err(|e| if e.place.is_some() { e } else { e.in_file(job.file()) })
+}
+
+/// Writes the program of a tool path.
+pub fn post(request: &PostRequest<'_>) -> Result<Posted> {
+    let PostRequest { path, machine, work_offset, number, input_hash } = *request;
+    let setup = Setup::new(machine, work_offset, path.tool.gauge_length)?;
+    let tcp = machine.control.tcp;
+    let linearized = linearize(path, &setup, tcp, &LinearizeOptions::default())?;
+    let moves = durations(path, &setup, tcp, &linearized.moves);
+    let request =
+        WriteRequest { path, moves: &moves, setup: &setup, work_offset, tcp, input_hash, number, modal: true };
+    let written = write(&request)?;
+    Ok(Posted {
+        text: written.text,
+        extension: extension(machine),
+        moves: moves.len(),
+        linearization: linearized.deviation,
+        slowed: written.slowed,
+        lost: written.lost,
+    })
+}
+
+/// Writes the program of a job's tool path.
+pub fn post_job(inputs: &Inputs, path: &ToolPath) -> Result<Posted> {
+    let job = &inputs.job;
+    post(&PostRequest {
+        path,
+        machine: &inputs.machine,
+        work_offset: &job.machine.work_offset,
+        number: job.output.program_number,
+        input_hash: &inputs.hash,
+    })
+}
+
+/// Follows a program's text and measures what it leaves of the job's part. `path` is the tool path that it was posted
+/// from, where there is one. Text whose effect is not known refuses the verdict, unless `despite_unknown_text`.
+pub fn judge(
+    inputs: &Inputs,
+    program: InputFile<'_>,
+    path: Option<&ToolPath>,
+    despite_unknown_text: bool,
+) -> Result<Judged, Vec<Diagnostic>> {
+    let job = &inputs.job;
+    let refuse = |e: Box<Diagnostic>| vec![*e];
+    let gauge_length = job.tool.gauge_length();
+    let setup = Setup::new(&inputs.machine, &job.machine.work_offset, gauge_length).map_err(refuse)?;
+    let read = nc::read(program.bytes, &Rules::of(&inputs.machine));
+    let motion = simulate(&read, &setup, Some(job.tool.number));
+    if motion.findings().any_error() && !despite_unknown_text {
+        return Err(doubts(&motion, program));
+    }
+    let subject = Subject {
+        motion: &motion,
+        tool: &job.tool,
+        part: &inputs.part,
+        tolerance: ToleranceRecord { overcut: job.part.overcut_tolerance, undercut: job.part.undercut_tolerance },
+        path,
+    };
+    let settings = Settings { despite_unknown_text, ..Settings::default() };
+    let verified = verify(&subject, &settings);
+    Ok(Judged { motion, verified })
+}
+
+/// Everything for which a program gets no verdict, and how to get one all the same.
+fn doubts(motion: &ToolMotion, program: InputFile<'_>) -> Vec<Diagnostic> {
+    let errors = motion.findings().list().iter().filter(|finding| finding.severity == Severity::Error);
+    let mut doubts: Vec<_> = errors.map(|finding| *finding.diagnostic(program.name, program.bytes)).collect();
+    let message = "no verdict: what the control does with this program is not certain";
+    let help = "correct the program, or give --despite-unknown to judge the rest of it";
+    doubts.push(*Diagnostic::error(message).in_file(program.name).help(help));
+    doubts
+}
+
+fn extension(machine: &Machine) -> &'static str {
+    match machine.control.dialect {
+        crate::machine::Dialect::LinuxCnc => "ngc",
+        crate::machine::Dialect::Fanuc30i => "nc",
+    }
+}
