@@ -2,5 +2,6 @@
 
 mod closed_forms;
 mod fixtures;
+mod program;
 mod region;
 mod search;

@@ -13,7 +13,7 @@ use crate::verify::sweep::Timeline;
 use std::collections::BTreeSet;
 
 /// The plane z = 0 over a rectangle, normal up.
-fn plane(x: [f64; 2], y: [f64; 2]) -> DesignSurface {
+pub(super) fn plane(x: [f64; 2], y: [f64; 2]) -> DesignSurface {
     let control = x.map(|x| y.map(|y| Point::new(x, y, 0.0)).to_vec()).to_vec();
     let knots = || vec![0.0, 0.0, 1.0, 1.0];
     let surface = SplineSurface::new([1, 1], [knots(), knots()], control, None).unwrap();

@@ -1,0 +1,195 @@
+//! From a program's text to the verdict.
+
+use super::fixtures::*;
+use super::region::plane;
+use crate::machine::{Machine, Setup};
+use crate::motion::{FeedReference, Pass, PassKind, PassMotion, ToolPath, ToolSummary};
+use crate::nc::{Rules, read};
+use crate::part::Part;
+use crate::simulate::{ToolMotion, simulate};
+use crate::verify::{Settings, Subject, ToleranceRecord, Verdict, Verified, verify};
+
+const FIRST_CUT: usize = 8;
+
+/// Mills the plane z = 0 with the end of a cylinder, 10 mm passes overlapping; line numbers as in `FIRST_CUT`.
+fn program(body: &str) -> String {
+    format!("G21 G90 G17\nG54\nT1 M6\nS8000 M3\nG43 H1\nM428\nG0 A0 C0 X-40 Y-6 Z20\n{body}G0 Z20\nM429\nM30\n")
+}
+
+fn cuts() -> String {
+    "G0 Z5\nG1 Z0 F600\nX40\nY0\nX-40\nY6\nX40\n".to_owned()
+}
+
+fn motion(text: &str) -> ToolMotion {
+    let machine = Machine::named("xyzac-trt").unwrap();
+    let setup = Setup::new(&machine, "G54", 200.0).unwrap();
+    simulate(&read(text.as_bytes(), &Rules::of(&machine)), &setup, Some(1))
+}
+
+fn check(text: &str, path: Option<&ToolPath>, settings: &Settings) -> Verified {
+    let part = Part { name: "plane".into(), surface: plane([-20.0, 20.0], [-8.0, 8.0]), check: vec![] };
+    let tolerance = ToleranceRecord { overcut: 0.005, undercut: 0.02 };
+    let (motion, tool) = (motion(text), cylinder(10.0));
+    verify(&Subject { motion: &motion, tool: &tool, part: &part, tolerance, path }, settings)
+}
+
+fn judged(body: &str) -> Verified {
+    check(&program(body), None, &Settings::default())
+}
+
+fn only_reason(verified: &Verified) -> &str {
+    assert_eq!(verified.record.verdict, Verdict::Fail);
+    assert_eq!(verified.record.reasons.len(), 1, "{:?}", verified.record.reasons);
+    &verified.record.reasons[0]
+}
+
+#[test]
+fn good_program_passes_with_all_keys_in_order() {
+    let verified = judged(&cuts());
+    assert_eq!((verified.record.verdict, &verified.record.reasons), (Verdict::Pass, &vec![]));
+    let json = verified.record.to_json().unwrap();
+    let keys = [
+        "format",
+        "version",
+        "verdict",
+        "reasons",
+        "deviation",
+        "overcut_max_mm",
+        "undercut_max_mm",
+        "within_tolerance_share",
+        "tolerance",
+        "overcut",
+        "undercut",
+        "samples",
+        "overcut_bound_mm",
+        "undercut_bound_mm",
+        "strips",
+        "count",
+        "kink_max_deg",
+        "kink_mean_deg",
+        "gap_max_mm",
+        "program",
+        "blocks",
+        "duration_s",
+        "cut_length_mm",
+        "max_block_rate_hz",
+        "round_trip",
+        "axes",
+        "X",
+        "min",
+        "max",
+        "travel",
+        "max_rate",
+        "max_accel",
+        "C",
+        "limits",
+        "collisions",
+    ];
+    let mut from = 0;
+    for key in keys {
+        let quoted = format!("\"{key}\":");
+        from += json[from..].find(&quoted).unwrap_or_else(|| panic!("{key} is missing after byte {from}")) + 1;
+    }
+    let value: serde_json::Value = serde_json::from_str(&json).unwrap();
+    assert_eq!(value["format"], "regulus-verify");
+    assert_eq!(value["verdict"], "pass");
+    assert_eq!(value["deviation"]["within_tolerance_share"], 1.0);
+    assert_eq!(value["strips"]["count"], 1);
+    assert_eq!(value["axes"]["X"]["max"], 40.0);
+    assert_eq!(value["round_trip"], serde_json::Value::Null);
+}
+
+#[test]
+fn gouge_names_its_line() {
+    let verified = judged(&cuts().replace("Y0\nX-40\n", "Y0\nX5\nZ-0.05\nZ0\nX-40\n"));
+    assert!((verified.record.deviation.overcut_max_mm - 0.05).abs() < 1e-6);
+    let line = FIRST_CUT + 5;
+    let reason = only_reason(&verified);
+    assert!(
+        reason.starts_with(&format!("line {line}: overcut is 0.0500 mm"))
+            || reason.starts_with(&format!("line {}: overcut", line + 1)),
+        "{reason}"
+    );
+}
+
+#[test]
+fn stock_left_and_places_not_reached_are_told_apart() {
+    let high = judged(&cuts().replace("Z0", "Z0.03"));
+    assert!((high.record.deviation.undercut_max_mm - 0.03).abs() < 1e-9);
+    assert_eq!(high.record.deviation.within_tolerance_share, 0.0);
+    assert!(only_reason(&high).starts_with("undercut is 0.0300 mm"), "{:?}", high.record.reasons);
+    let missing = judged(&cuts().replace("Y6\nX40\n", ""));
+    assert!(missing.record.deviation.uncut_share > 0.1);
+    assert!(only_reason(&missing).starts_with("no pass comes within 1 mm"), "{:?}", missing.record.reasons);
+}
+
+#[test]
+fn rapid_through_the_part_is_a_collision() {
+    let verified = judged(&cuts().replace("G1 Z0 F600\nX40", "G0 Z0\nX40\nG1 F600"));
+    let collision = &verified.record.collisions[0];
+    assert_eq!((collision.line, collision.body_a.as_str()), (FIRST_CUT + 2, "flutes in rapid"));
+    assert!(only_reason(&verified).starts_with("line 10: flutes in rapid"), "{:?}", verified.record.reasons);
+}
+
+#[test]
+fn unknown_text_refuses_a_pass_unless_told_to_go_on() {
+    let text = program(&cuts()).replace("G54\n", "G54 G6.2\n");
+    let refused = check(&text, None, &Settings::default());
+    assert!(only_reason(&refused).contains("line 2"), "{:?}", refused.record.reasons);
+    let told = check(&text, None, &Settings { despite_unknown_text: true, ..Settings::default() });
+    assert_eq!(told.record.verdict, Verdict::Pass);
+}
+
+#[test]
+fn axis_beyond_its_travel_fails() {
+    let verified = judged(&cuts().replace("X40\nY0", "X1400\nX40\nY0"));
+    assert!(only_reason(&verified).contains("travel of X"), "{:?}", verified.record.reasons);
+    assert_eq!(verified.record.limits[0].line, FIRST_CUT + 2);
+}
+
+#[test]
+fn program_without_a_cut_fails() {
+    let verified = judged("");
+    assert!(verified.record.reasons.iter().any(|r| r.contains("no move at feed")), "{:?}", verified.record.reasons);
+    assert_eq!(verified.record.deviation.uncut_share, 1.0);
+    assert!(verified.record.to_json().unwrap().contains("\"max_block_rate_hz\": 0.0"));
+}
+
+/// The path of `cuts`, lifted.
+fn path(lift: f64) -> ToolPath {
+    let at = |x: f64, y: f64, z: f64| pose([x, y, z + lift], [0.0, 0.0, 1.0]);
+    let tool = cylinder(10.0);
+    let pass = |kind, poses| Pass { kind, strip: None, motion: PassMotion::Poses(poses) };
+    let cut = vec![
+        at(-40.0, -6.0, 0.0),
+        at(40.0, -6.0, 0.0),
+        at(40.0, 0.0, 0.0),
+        at(-40.0, 0.0, 0.0),
+        at(-40.0, 6.0, 0.0),
+        at(40.0, 6.0, 0.0),
+    ];
+    ToolPath {
+        name: "plane".into(),
+        tool: ToolSummary::of(&tool),
+        cut_feed: 600.0,
+        feed_reference: FeedReference::Tip,
+        spindle_rpm: 8000.0,
+        linearization: 0.001,
+        overcut_tolerance: 0.005,
+        undercut_tolerance: 0.02,
+        passes: vec![
+            pass(PassKind::Approach, vec![at(-40.0, -6.0, 5.0), at(-40.0, -6.0, 0.0)]),
+            pass(PassKind::Cut, cut),
+        ],
+    }
+}
+
+#[test]
+fn round_trip_is_the_distance_from_the_path() {
+    let against = |lift| {
+        let found = check(&program(&cuts()), Some(&path(lift)), &Settings::default());
+        found.record.round_trip.unwrap()
+    };
+    assert!(against(0.0).tip_max_mm < 1e-9 && against(0.0).axis_max_deg < 1e-9, "{:?}", against(0.0));
+    assert!((against(0.013).tip_max_mm - 0.013).abs() < 1e-9, "{:?}", against(0.013));
+}
