@@ -3,8 +3,12 @@
 use super::fixtures::*;
 use crate::geometry::{Direction, Point, Vector};
 use crate::motion::Pose;
+use crate::tool::Element;
+use crate::tool::meridian::{ArcSide, at};
 use crate::verify::body::Body;
+use crate::verify::motion_tree::MotionTree;
 use crate::verify::ray::LocalRay;
+use crate::verify::swept::{Query, SweptTool};
 use crate::verify::{BlockMotion, Instant, NormalRay};
 use proptest::prelude::*;
 
@@ -21,8 +25,78 @@ fn inside(tool: &crate::tool::Tool, pose: &Pose, point: &Point) -> bool {
     (0.0..=tool.flute_length()).contains(&height) && tool.contact_at(height).is_some_and(|c| rho <= c.point.radius)
 }
 
+/// A waist: a hollow arc of radius 20 between two short cylinders, narrowest with radius 5 at height 20.
+fn waisted() -> Body {
+    let hollow = Element::Arc {
+        centre: at(20.0, 25.0),
+        radius: 20.0,
+        from: -0.75f64.acos(),
+        to: -(-0.75f64).acos(),
+        side: ArcSide::Concave,
+    };
+    let (low, high) = (hollow.start(), hollow.end());
+    let below = Element::Line { from: at(0.0, low.radius), to: low };
+    let above = Element::Line { from: high, to: at(40.0, high.radius) };
+    Body::of([Element::Line { from: at(0.0, 0.0), to: at(0.0, low.radius) }, below, hollow, above].iter())
+}
+
+/// Inside of the waist, in its own words.
+fn inside_waist(pose: &Pose, point: &Point) -> bool {
+    let offset = point - pose.tip;
+    let height = offset.dot(&pose.axis);
+    let rho = (offset - pose.axis.into_inner() * height).norm();
+    let rim = 25.0 - f64::sqrt(400.0 - 225.0);
+    (0.0..=40.0).contains(&height) && rho <= rim && (height - 20.0).hypot(rho - 25.0) >= 20.0
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(400))]
+
+    #[test]
+    fn hollow_tools_are_followed_too(
+        axis in direction(),
+        turn in direction(),
+        normal in direction(),
+        aim in (0.0..40.0f64, 0.0..1.0f64, -0.8..0.8f64),
+    ) {
+        let body = waisted();
+        let end = Direction::new_normalize(axis.into_inner() + turn.into_inner() * 0.2);
+        let poses = [
+            Pose { tip: Point::origin(), axis },
+            Pose { tip: Point::new(6.0, 1.0, -2.0), axis: end },
+            Pose { tip: Point::new(12.0, -3.0, 1.0), axis },
+        ];
+        let motion = Blocks::through(&poses);
+        let pose = motion.pose(0, aim.1);
+        let out = pose.axis.cross(&normal).normalize();
+        let radius = body.pieces.iter().flat_map(|p| &p.spans).find(|s| (s.low..=s.high).contains(&aim.0)).unwrap().radius_at(aim.0);
+        let tilted = Direction::new_normalize(normal.into_inner() * 0.4 - out);
+        let ray = NormalRay { origin: pose.at_height(aim.0) + out * radius - tilted.into_inner() * aim.2, normal: tilted };
+
+        let mut brute = f64::INFINITY;
+        for (block, k) in (0..2).flat_map(|b| (0..=60).map(move |k| (b, k))) {
+            let pose = motion.pose(block, f64::from(k) / 60.0);
+            let entry = body.entry(&LocalRay::new(&ray, &pose), -1.0, 1.0);
+            let limit = entry.map_or(1.0, |e| e.lambda);
+            for j in 0..100 {
+                let lambda = -1.0 + 2.0 * f64::from(j) / 100.0;
+                let within = inside_waist(&pose, &(ray.origin + tilted.into_inner() * lambda));
+                prop_assert!(lambda >= limit - 1e-9 || !within, "inside at {lambda}, entry {entry:?}");
+            }
+            if let Some(e) = entry {
+                let just_in = (0..200).any(|j| {
+                    inside_waist(&pose, &(ray.origin + tilted.into_inner() * (e.lambda + 1e-10 * 1.1f64.powi(j))))
+                });
+                prop_assert!(just_in, "nothing behind {e:?}");
+                brute = brute.min(e.lambda);
+            }
+        }
+        let tree = MotionTree::new(&motion, 40.0, 1e-5, |_| true);
+        let sweep = SweptTool::new(&motion, &tree, &body, WINDOW, 1e-6);
+        let found = sweep.lowest(&ray, &Query { hint: None, end: usize::MAX, limit: f64::INFINITY });
+        let depth = found.map_or(f64::INFINITY, |t| t.depth);
+        prop_assert!(depth <= brute + 1.1e-6, "found {depth}, brute force {brute}");
+    }
 
     #[test]
     fn entry_is_where_the_line_first_is_inside(
