@@ -30,6 +30,12 @@ pub(super) enum AssessError {
         /// What is wrong.
         cause: NoContact,
     },
+    /// The strip leaves part of its band to nobody.
+    #[error("at parameter {t:.3} the flank does not reach the strip's border")]
+    Uncovered {
+        /// Path parameter.
+        t: f64,
+    },
     /// Rails meet, or the surface has no normal.
     #[error("at parameter {t:.3} the motion or the surface is degenerate")]
     Degenerate {
@@ -38,12 +44,32 @@ pub(super) enum AssessError {
     },
 }
 
+/// The lines between which a strip must cover the surface: g from `low` to `high`, all h.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Borders {
+    /// Lower border.
+    pub(super) low: f64,
+    /// Upper border.
+    pub(super) high: f64,
+}
+
+impl Borders {
+    /// False where an end of the flank, at share `k` of 0..=`top` and instant `j` of 0..=`end`, stops inside the band.
+    fn passed(&self, (g, h): (f64, f64), (k, top): (usize, usize), (j, end): (usize, usize)) -> bool {
+        let over = (0.0..=1.0).contains(&h);
+        !(k == 0 && over && g > self.low
+            || k == top && over && g < self.high
+            || j == 0 && h > 0.0
+            || j == end && h < 1.0)
+    }
+}
+
 /// Samples the envelope at `instants` x `heights` points between the rails.
 pub(super) fn assess(
     chart: &Chart<'_>,
     tool: &Tool,
     family: &SphereFamily,
-    motion: &RuledMotion,
+    (motion, borders): (&RuledMotion, &Borders),
     (instants, heights): (usize, usize),
 ) -> Result<Deviation, AssessError> {
     let (start, end) = motion.domain();
@@ -61,6 +87,9 @@ pub(super) fn assess(
             let centre = rate.pose.at_height(contact.sphere_height());
             let guess = near.unwrap_or((share, j as f64 / (instants - 1) as f64));
             let below = chart.foot(&centre, guess).ok_or(degenerate)?;
+            if !borders.passed(below.frame.place, (k, heights - 1), (j, instants - 1)) {
+                return Err(AssessError::Uncovered { t });
+            }
             let touch = match envelope_point(&rate, &contact, &-below.frame.normal) {
                 Ok(touch) => touch,
                 // Off the surface the motion may do as it likes.

@@ -130,6 +130,8 @@ pub(super) struct StripFit<'a> {
     lower_height: f64,
     /// Last known feet (g, h) per (time, share), then per (time, outside point).
     hints: Vec<(f64, f64)>,
+    /// Samples that count in full, fixed while a minimization runs so that its cost stays smooth.
+    counted: Vec<bool>,
     /// Last deviations per (time, share), mm; NaN never, extension samples included.
     pub(super) deviations: Vec<Sampled>,
 }
@@ -142,6 +144,13 @@ pub(super) struct Sampled {
     /// Foot on the surface itself.
     pub(super) inside: bool,
 }
+
+fn inside((g, h): (f64, f64)) -> bool {
+    (0.0..=1.0).contains(&g) && (0.0..=1.0).contains(&h)
+}
+
+/// How much more firmly a rail is held where it would leave part of the band uncut.
+const FIRM: f64 = 300.0;
 
 /// Unknowns per control point index: three of the lower rail, three of the upper.
 const BLOCK: usize = 6;
@@ -183,6 +192,7 @@ impl<'a> StripFit<'a> {
         Some(Self {
             sample_weights: vec![1.0; count * heights],
             deviations: vec![Sampled { deviation: 0.0, inside: false }; count * heights],
+            counted: hints.iter().take(count * heights).map(|h| inside(*h)).collect(),
             lower_height: family.lowest(),
             chart,
             family,
@@ -194,6 +204,13 @@ impl<'a> StripFit<'a> {
             weights,
             hints,
         })
+    }
+
+    /// Lets the samples that now lie over the surface count in full, the others as its extension.
+    pub(super) fn recount(&mut self) {
+        for (counted, sample) in self.counted.iter_mut().zip(&self.deviations) {
+            *counted = sample.inside;
+        }
     }
 
     /// Rails that pass as near as can be through one ruling per time sample.
@@ -286,7 +303,7 @@ impl<'a> StripFit<'a> {
             let inside = foot.frame.inside();
             self.deviations[index] = Sampled { deviation, inside };
             let n = foot.frame.normal;
-            let weight = if inside { 1.0 } else { self.weights.extension };
+            let weight = if self.counted[index] { 1.0 } else { self.weights.extension };
             rows.push(Row {
                 time: j,
                 lower: n * (1.0 - f) + d * (slope * f),
@@ -306,16 +323,20 @@ impl<'a> StripFit<'a> {
         }
     }
 
-    /// Keeps a rail's foot over its border and, ten times more weakly, at its own time.
+    /// Keeps a rail's foot near its border and its time; firmly where it would otherwise leave part of the band uncut.
     fn anchor(&self, j: usize, foot: &ChartFoot, g: f64, h: f64, upper: bool, rows: &mut Vec<Row>) {
-        let weight = self.weights.anchor / self.times.len() as f64;
-        let mut push = |gauge: Option<(Vector, f64)>, off: f64, share: f64| {
+        let loose = self.weights.anchor / self.times.len() as f64;
+        let (g_off, h_off) = (foot.frame.place.0 - g, foot.frame.place.1 - h);
+        let inside_band = if upper { g_off < 0.0 } else { g_off > 0.0 };
+        let inside_time = j == 0 && h_off > 0.0 || j + 1 == self.times.len() && h_off < 0.0;
+        let mut push = |gauge: Option<(Vector, f64)>, off: f64, weight: f64| {
             let Some((tangent, rate)) = gauge else { return };
             let (lower, upper) = if upper { (Vector::zeros(), tangent) } else { (tangent, Vector::zeros()) };
-            rows.push(Row { time: j, lower, upper, residual: off / rate, weight: weight * share });
+            rows.push(Row { time: j, lower, upper, residual: off / rate, weight });
         };
-        push(foot.frame.across_gauge(), foot.frame.place.0 - g, 1.0);
-        push(foot.frame.along_gauge(), foot.frame.place.1 - h, 0.1);
+        let weight = |firm: bool| if firm { loose * FIRM } else { loose };
+        push(foot.frame.across_gauge(), g_off, weight(inside_band));
+        push(foot.frame.along_gauge(), h_off, 0.1 * weight(inside_time));
     }
 
     /// One-sided rows: flutes above the strip, shank and holder must not gouge the surface.

@@ -1,5 +1,6 @@
 //! Which parameter the cut follows, where the tip is, and in which sense the cut runs.
 
+use super::assess::Borders;
 use super::chart::{Chart, Layout};
 use super::fit::SphereFamily;
 use super::start::{Band, start_strip};
@@ -31,7 +32,8 @@ pub(super) fn choose_layout(
         let share = (0.9 * reach / width).min(1.0) * if strategy.kind == StrategyKind::SingleSweep { 1.0 } else { 0.5 };
         let misfits = [0.0, 0.5, 1.0].iter().filter_map(|at| {
             let low = at * (1.0 - share);
-            let band = Band { low, high: low + share, overrun: 0.0, instants: 25, slanted: true };
+            let borders = Borders { low, high: low + share };
+            let band = Band { borders, low, high: low + share, overrun: 0.0, instants: 25, slanted: true };
             start_strip(&chart, family, family.lowest(), &band).map(|s| s.misfit)
         });
         let misfit = misfits.fold(f64::NEG_INFINITY, f64::max);

@@ -1,5 +1,6 @@
 //! Divides the surface into strips, fits them, and joins them into one path.
 
+use super::assess::Borders;
 use super::chart::{Chart, Frame};
 use super::fit::SphereFamily;
 use super::layout::choose_layout;
@@ -16,7 +17,7 @@ use rayon::prelude::*;
 
 /// Strips tried when the number is free.
 const MOST_STRIPS: usize = 80;
-/// Overlap of strips over each other and over the surface's borders, mm.
+/// Least overlap of strips over each other and over the surface's borders, mm.
 const OVERLAP: f64 = 0.25;
 /// How far strips run past the surface's ends before they lead out, mm: far enough for the fit's free ends.
 const OVERRUN: f64 = 3.0;
@@ -220,11 +221,13 @@ impl<'a> Planner<'a> {
                 long += (self.frame((middle, h))?.point - self.frame((middle, h - 0.125))?.point).norm();
             }
         }
-        let overlap = OVERLAP * (high - low) / narrow;
+        let overlap = OVERLAP.max(0.03 * narrow) * (high - low) / narrow;
         // A control point about every two millimetres; looked at twice as densely, so that nodes hide no overshoot.
         let controls = ((long / 2.0).ceil() as usize).clamp(24, 60);
         let resolution = Resolution { controls, instants: 2 * controls + 1, heights: 15 };
         let band = Band {
+            // Neighbours overlap; each must cover a little more than its own band.
+            borders: Borders { low: low - 0.2 * overlap, high: high + 0.2 * overlap },
             low: low - overlap,
             high: high + overlap,
             overrun: OVERRUN / long,

@@ -4,6 +4,7 @@
 //! (Rajain 2023, R7). Which slant is right is decided by the part's curvature along the ruling; the best one is found
 //! for all instants together, so that the rails stay smooth and move forward.
 
+use super::assess::Borders;
 use super::chart::Chart;
 use super::fit::{SphereFamily, StripSpec};
 use crate::geometry::Point;
@@ -75,6 +76,8 @@ pub(super) struct Band {
     pub(super) low: f64,
     /// g of the upper border, margins included.
     pub(super) high: f64,
+    /// What the strip must cover, without margins.
+    pub(super) borders: Borders,
     /// Overrun beyond both ends of the surface, in h.
     pub(super) overrun: f64,
     /// Time samples.
@@ -104,7 +107,7 @@ pub(super) fn start_strip(
     let coarse = 25.min(band.instants);
     let times: Vec<f64> = (0..coarse).map(|j| j as f64 / (coarse - 1) as f64).collect();
     let slants = match band.slanted {
-        true => choose_slants(chart, family, lower_height, band, &times)?,
+        true => smoothed(choose_slants(chart, family, lower_height, band, &times)?),
         false => vec![0.0; coarse],
     };
     let slant = |h: f64| -> f64 {
@@ -127,6 +130,16 @@ pub(super) fn start_strip(
     let misfit = (squares / band.instants as f64).sqrt();
     let spec = StripSpec { low: band.low, high: band.high, lower_time, upper_time };
     Some(StripStart { spec, rulings, misfit })
+}
+
+/// Rounds off the steps between the slants tried: binomial smoothing, ends held.
+fn smoothed(mut values: Vec<f64>) -> Vec<f64> {
+    for _ in 0..values.len() {
+        let inner: Vec<f64> = values.windows(3).map(|w| 0.25 * w[0] + 0.5 * w[1] + 0.25 * w[2]).collect();
+        let last = values.len() - 1;
+        values[1..last].copy_from_slice(&inner);
+    }
+    values
 }
 
 /// The slant, in h, at each of `times`: least sum of squared misfits plus a price for turning the axis.

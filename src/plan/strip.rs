@@ -3,7 +3,7 @@
 use super::assess::{AssessError, Deviation, assess};
 use super::chart::Chart;
 use super::fit::{FitWeights, SphereFamily, StripFit};
-use super::start::{Band, start_strip};
+use super::start::{Band, StripStart, start_strip};
 use crate::motion::RuledMotion;
 use crate::optimize::{Settings, minimize};
 use crate::tool::Tool;
@@ -77,36 +77,56 @@ pub(super) fn lay_strip(
         .ok_or(StripError::BrokeDown)?;
     let x = fit.start(&start.rulings).ok_or(StripError::BrokeDown)?;
     let motion = fit.motion(&x).ok_or(StripError::BrokeDown)?;
-    let deviation = assess(chart, tool, family, &motion, (resolution.instants * 4, resolution.heights * 2))?;
+    let dense = (resolution.instants * 4, resolution.heights * 2);
+    let deviation = assess(chart, tool, family, (&motion, &band.borders), dense)?;
     Ok(FittedStrip { motion, deviation, steps: 0 })
 }
 
-/// Fits the motion of `tool` over the band of `chart`.
+/// Fits the motion of `tool` over the band of `chart`. Rails are tied to their borders as loosely as coverage allows:
+/// what ties them costs accuracy.
 pub(super) fn fit_strip(
     chart: &Chart<'_>,
     tool: &Tool,
     family: &SphereFamily,
     band: &Band,
-    (resolution, limits): (&Resolution, &Limits),
+    goal: (&Resolution, &Limits),
     fairness: f64,
 ) -> Result<FittedStrip, StripError> {
-    let lower_height = family.lowest();
-    let start = start_strip(chart, family, lower_height, band).ok_or(StripError::NoStart)?;
-    let weights = FitWeights { extension: 0.3, anchor: 1e-3, fairness, clearance: 4.0 };
+    let start = start_strip(chart, family, family.lowest(), band).ok_or(StripError::NoStart)?;
+    let mut last = Err(StripError::BrokeDown);
+    for anchor in [1e-5, 1e-4, 1e-3, 1e-2] {
+        let weights = FitWeights { extension: 0.3, anchor, fairness, clearance: 4.0 };
+        last = fit_anchored(chart, tool, family, (band, &start), goal, weights);
+        if last.is_ok() {
+            break;
+        }
+    }
+    last
+}
+
+fn fit_anchored(
+    chart: &Chart<'_>,
+    tool: &Tool,
+    family: &SphereFamily,
+    (band, start): (&Band, &StripStart),
+    (resolution, limits): (&Resolution, &Limits),
+    weights: FitWeights,
+) -> Result<FittedStrip, StripError> {
     let mut fit = StripFit::new(chart, family, &start.spec, resolution.controls, resolution.heights, weights)
         .ok_or(StripError::BrokeDown)?;
     let mut x = fit.start(&start.rulings).ok_or(StripError::BrokeDown)?;
     let mut steps = 0;
     // Strong fairness first: it carries the rails past the places where the part's fine shape would trap them.
     for (factor, max_steps) in [(1e4, 12), (1e2, 12), (1.0, 40)] {
-        fit.weights.fairness = fairness * factor;
+        fit.weights.fairness = weights.fairness * factor;
         let settings = Settings { max_steps, cost_share: 1e-6, ..Settings::default() };
         steps += minimize(&mut fit, &mut x, &settings).ok_or(StripError::BrokeDown)?.steps;
+        fit.recount();
     }
     let judge = |fit: &StripFit<'_>, x: &[f64]| -> Result<FittedStrip, StripError> {
         let motion = fit.motion(x).ok_or(StripError::BrokeDown)?;
         let dense = (resolution.instants * 4, resolution.heights * 2);
-        let deviation = assess(chart, tool, family, &motion, dense)?;
+        let deviation = assess(chart, tool, family, (&motion, &band.borders), dense)?;
         Ok(FittedStrip { motion, deviation, steps: 0 })
     };
     let mut best = judge(&fit, &x)?;
@@ -114,6 +134,7 @@ pub(super) fn fit_strip(
         if limits.strain(&best.deviation) < 0.3 {
             break;
         }
+        fit.recount();
         reweight(&mut fit, limits);
         let settings = Settings { max_steps: 8, cost_share: 1e-4, ..Settings::default() };
         let Some(outcome) = minimize(&mut fit, &mut x, &settings) else { break };
