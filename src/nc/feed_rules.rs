@@ -24,9 +24,9 @@ pub struct Travelled {
 }
 
 impl Travelled {
-    /// Whether X, Y, Z move at all.
+    /// Whether the feed is that of X, Y, Z: they move, or nothing else does.
     pub fn is_linear(&self) -> bool {
-        self.linear > NO_LENGTH
+        self.linear > NO_LENGTH || self.rotary == 0.0
     }
 
     /// Whether nothing moves.

@@ -43,8 +43,8 @@ pub enum FindingCode {
     MissingEnd,
     /// Blocks that the control never reaches.
     UnreachedText,
-    /// Corners are rounded without a stated tolerance.
-    FreeBlending,
+    /// The control rounds corners.
+    Blending,
     /// Blocks with block delete, taken as executed.
     BlockDelete,
     /// Rotary words that look like radians.
@@ -87,7 +87,7 @@ impl FindingCode {
             Self::BadArc => "bad-arc",
             Self::MissingEnd => "missing-end",
             Self::UnreachedText => "unreached-text",
-            Self::FreeBlending => "free-blending",
+            Self::Blending => "blending",
             Self::BlockDelete => "block-delete",
             Self::RadiansSuspected => "radians-suspected",
             Self::UnknownWorkOffset => "unknown-work-offset",
@@ -105,7 +105,7 @@ impl FindingCode {
     /// What it weighs, unless the place where it is found says otherwise.
     fn severity(self) -> Severity {
         match self {
-            Self::UnreachedText | Self::FreeBlending | Self::BlockDelete | Self::OtherTool | Self::FeedTrap => {
+            Self::UnreachedText | Self::Blending | Self::BlockDelete | Self::OtherTool | Self::FeedTrap => {
                 Severity::Warning
             }
             _ => Severity::Error,
@@ -158,23 +158,29 @@ impl Finding {
             Severity::Error => Diagnostic::error(message),
         };
         diagnostic = diagnostic.in_file(file).help(self.help.clone());
-        let Some(before) = self.span.as_ref().and_then(|span| text.get(..span.start)) else {
-            if let Some(place) = &mut diagnostic.place {
-                place.line = Some(self.line);
-            }
+        if let Some(place) = &mut diagnostic.place {
+            place.line = Some(self.line);
+        }
+        let Some(before) = self.span.as_ref().and_then(|span| text.get(span.start.saturating_sub(SHOWN)..span.start))
+        else {
             return diagnostic;
         };
-        let start = before.iter().rposition(|b| *b == b'\n').map_or(0, |i| i + 1);
-        let characters = |bytes: &[u8]| String::from_utf8_lossy(bytes).chars().count();
-        diagnostic = diagnostic.at(self.line, characters(before.get(start..).unwrap_or_default()) + 1);
-        let line = text.get(start..).unwrap_or_default();
-        // More is never shown of a line.
-        let line = line.get(..line.len().min(1000)).unwrap_or_default();
+        // In a line of absurd length there is no column to look at.
+        let line_start = before.iter().rposition(|b| *b == b'\n').map(|i| i + 1);
+        let Some(start) = line_start.or((before.len() < SHOWN).then_some(0)) else { return diagnostic };
+        let (before, offset) =
+            (before.get(start..).unwrap_or_default(), self.span.as_ref().map_or(0, |span| span.start));
+        let line = text.get(offset - before.len()..).unwrap_or_default();
+        let line = line.get(..line.len().min(SHOWN)).unwrap_or_default();
         let line = line.split(|b| *b == b'\n').next().unwrap_or_default();
+        diagnostic = diagnostic.at(self.line, String::from_utf8_lossy(before).chars().count() + 1);
         diagnostic.source_line = Some(String::from_utf8_lossy(line).trim_end().to_owned());
         diagnostic
     }
 }
+
+/// Bytes of a line in which a column is counted, and of which a line is shown.
+const SHOWN: usize = 1 << 16;
 
 /// Findings in the order of the text, no more than can be read.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]

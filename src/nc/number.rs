@@ -24,6 +24,9 @@ const POWERS: [f64; 23] = [
 /// Largest mantissa that is exact in floating point.
 const EXACT: u64 = 1 << 53;
 
+/// Larger numbers are none that a control reads.
+const LARGEST: f64 = 1e30;
+
 /// Reads one number from the start of `input`, which must not begin with a blank. With `blanks`, blanks between its
 /// characters are skipped; blanks after its last digit are left. Takes linear time whatever the input.
 pub(super) fn decimal(input: &[u8], blanks: bool) -> IResult<&[u8], Decimal> {
@@ -53,8 +56,7 @@ pub(super) fn decimal(input: &[u8], blanks: bool) -> IResult<&[u8], Decimal> {
         Some(power) if exact => Some(mantissa as f64 / power),
         _ => long_magnitude(text),
     };
-    // A number too large for a float is no number a control reads.
-    let Some(magnitude) = magnitude.filter(|value| value.is_finite()) else {
+    let Some(magnitude) = magnitude.filter(|value| *value <= LARGEST) else {
         return Err(Err::Error(Error::new(input, ErrorKind::TooLarge)));
     };
     let value = if input.first() == Some(&b'-') { -magnitude } else { magnitude };

@@ -323,15 +323,23 @@ impl<'a> Follower<'a> {
     }
 }
 
-/// Seconds for a rapid: the slowest axis at its top speed, judged piece by piece where the axes do not move linearly.
+/// Seconds for a rapid from rest to rest: that of the slowest axis with its own top speed and acceleration, judged by its
+/// fastest piece where the axes do not move linearly.
 fn rapid_duration(setup: &Setup, segment: &Segment) -> f64 {
-    let linear = matches!(segment.path, Path::Joints);
-    let pieces = if linear { 1 } else { 8 };
+    let pieces = if segment.path == Path::Joints { 1 } else { 8 };
     let place = |k: u32| segment.axes(setup, f64::from(k) / f64::from(pieces)).values();
-    let speeds = setup.machine().speeds();
-    let slowest = |k: u32| {
-        let (from, to) = (place(k), place(k + 1));
-        (0..5).map(|i| (to[i] - from[i]).abs() / speeds[i]).fold(0.0, f64::max)
+    let mut ways = [0.0_f64; 5];
+    for piece in 0..pieces {
+        let (from, to) = (place(piece), place(piece + 1));
+        for (index, way) in ways.iter_mut().enumerate() {
+            *way = way.max((to[index] - from[index]).abs() * f64::from(pieces));
+        }
+    }
+    let machine = setup.machine();
+    let limits = machine.speeds().into_iter().zip(machine.accelerations());
+    let seconds = |(way, (speed, acceleration)): (f64, (f64, f64))| {
+        let ramp = speed / acceleration;
+        if way >= speed * ramp { way / speed + ramp } else { 2.0 * (way / acceleration).sqrt() }
     };
-    (0..pieces).map(slowest).fold(0.0, f64::max) * f64::from(pieces)
+    ways.into_iter().zip(limits).map(seconds).fold(0.0, f64::max)
 }

@@ -41,7 +41,7 @@ pub struct AxisStatistics {
     pub max: f64,
     /// Length of its way there and back.
     pub travel: f64,
-    /// Highest mean speed of a feed block.
+    /// Highest mean speed of a feed block, or of a piece of it where the axis does not move evenly.
     pub max_rate: f64,
     /// Highest acceleration between two feed blocks: difference of their mean speeds over the time between their
     /// middles.
@@ -78,8 +78,10 @@ impl ToolMotion {
     pub fn axis_report(&self) -> AxisReport {
         let mut axes = self.limits_of_axes();
         let mut limits = Vec::new();
+        let mut stops = Vec::new();
         for segment in self.segments() {
-            let stops = self.stops(segment);
+            stops.clear();
+            self.stops(segment, &mut stops);
             for (index, axis) in axes.iter_mut().enumerate() {
                 let positions = stops.iter().filter_map(|stop| stop.get(index).copied());
                 axis.follow(segment, positions, &mut limits);
@@ -89,7 +91,7 @@ impl ToolMotion {
     }
 
     /// Positions of all axes at both ends of a segment and between, degrees where they turn.
-    fn stops(&self, segment: &Segment) -> Vec<[f64; 5]> {
+    fn stops(&self, segment: &Segment, stops: &mut Vec<[f64; 5]>) {
         let turned = (0..2).map(|k| (segment.to.rotary[k] - segment.from.rotary[k]).abs()).fold(0.0, f64::max);
         let pieces = match segment.path {
             Path::Joints => 1.0,
@@ -104,7 +106,7 @@ impl ToolMotion {
             };
             [x, y, z, first.to_degrees(), second.to_degrees()]
         };
-        (0..=pieces as u32).map(|k| place(f64::from(k) / pieces)).collect()
+        stops.extend((0..=pieces as u32).map(|k| place(f64::from(k) / pieces)));
     }
 
     fn limits_of_axes(&self) -> [Axis; 5] {
@@ -135,8 +137,13 @@ impl Axis {
     fn follow(&mut self, segment: &Segment, positions: impl Iterator<Item = f64>, limits: &mut Vec<LimitViolation>) {
         let (mut first, mut last) = (None, 0.0);
         let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
+        let (mut pieces, mut busiest) = (0_u32, 0.0_f64);
         for position in positions {
-            self.statistics.travel += first.map_or(0.0, |_| (position - last).abs());
+            if first.is_some() {
+                let way = (position - last).abs();
+                self.statistics.travel += way;
+                (pieces, busiest) = (pieces + 1, busiest.max(way));
+            }
             first = first.or(Some(position));
             last = position;
             (low, high) = (low.min(position), high.max(position));
@@ -160,8 +167,9 @@ impl Axis {
         }
         let way = last - first.unwrap_or(last);
         let rate = if way == 0.0 { 0.0 } else { way / segment.duration };
-        if rate.abs() > self.speed * (1.0 + ROUNDING) {
-            pass(LimitKind::Speed, rate.abs(), self.speed);
+        let fastest = if busiest == 0.0 { 0.0 } else { busiest * f64::from(pieces) / segment.duration };
+        if fastest > self.speed * (1.0 + ROUNDING) {
+            pass(LimitKind::Speed, fastest, self.speed);
         }
         if let Some((rate_before, duration_before)) = self.before {
             let acceleration = 2.0 * (rate - rate_before).abs() / (segment.duration + duration_before);
@@ -170,7 +178,7 @@ impl Axis {
             }
             self.statistics.max_acceleration = self.statistics.max_acceleration.max(acceleration);
         }
-        self.statistics.max_rate = self.statistics.max_rate.max(rate.abs());
+        self.statistics.max_rate = self.statistics.max_rate.max(fastest);
         self.before = Some((rate, segment.duration));
     }
 

@@ -2,8 +2,9 @@
 
 use super::*;
 use crate::geometry::Point;
-use crate::machine::{Machine, Setup};
+use crate::machine::{BUILTIN, Machine, Setup};
 use crate::nc::{FindingCode, Rules, read};
+use proptest::prelude::*;
 use std::f64::consts::{FRAC_1_SQRT_2, PI};
 
 fn run_on(machine: &str, offset: &str, text: &str) -> ToolMotion {
@@ -169,4 +170,34 @@ fn an_axis_that_swings_out_inside_a_block_is_seen() {
     let report = run(&text).axis_report();
     let travel: Vec<_> = report.limits.iter().filter(|l| l.kind == LimitKind::Travel).collect();
     assert!(travel.iter().all(|l| l.line == 6 && l.value.abs() > 1000.0) && !travel.is_empty(), "{travel:?}");
+}
+
+proptest! {
+    #[test]
+    fn any_program_gives_finite_motion_in_order_of_time(
+        machine in 0..BUILTIN.len(),
+        text in "((G[0-4]|G43 H1|G49|G9[0-5]|G1[789]|G2[018]|G5[34]|M[345]|M42[89]|G43.4 H1|[XYZABCIJKRFSP]-?[0-9]{1,4}\\.[0-9]{0,3}) ?|\n){0,60}",
+    ) {
+        let text = format!("G0 X1. Y1. Z1. A1. B1. C1. F99.\n{text}");
+        let motion = run_on(BUILTIN[machine].0, "G54", &text);
+        let mut time = 0.0;
+        for segment in motion.segments() {
+            prop_assert!(segment.start >= time && segment.duration > 0.0 && segment.duration.is_finite());
+            time = segment.start + segment.duration;
+            for share in [0.0, 0.5, 1.0] {
+                let pose = motion.pose(segment, share);
+                prop_assert!(pose.tip.coords.norm().is_finite() && (pose.axis.norm() - 1.0).abs() < 1e-9);
+            }
+            let ends = [motion.axes(segment, 0.0), motion.axes(segment, 1.0)];
+            for (end, expected) in ends.iter().zip([segment.from, segment.to]) {
+                for (a, b) in end.values().iter().zip(expected.values()) {
+                    prop_assert!((a - b).abs() < 1e-6 * (1.0 + b.abs()), "{} {} {:?}", a, b, segment);
+                }
+            }
+            prop_assert!(motion.chord_bound(segment, 0.0, 1.0, 10.0).is_finite());
+        }
+        for axis in motion.axis_report().axes {
+            prop_assert!(axis.max_rate.is_finite() && axis.max_acceleration.is_finite() && axis.min <= axis.max);
+        }
+    }
 }
