@@ -9,8 +9,10 @@ pub mod interpolate;
 pub mod knots;
 pub mod mesh;
 pub mod mesh_topology;
+pub mod parametrize;
 mod patch;
 pub mod surface;
+pub mod surface_fit;
 pub mod surface_foot;
 
 pub use angle::{Degrees, Radians};
@@ -21,7 +23,9 @@ pub use interpolate::{GridError, interpolate_grid};
 pub use knots::{KnotError, Knots};
 pub use mesh::{MeshError, MeshFeature, MeshFoot, TriangleMesh};
 pub use mesh_topology::{MeshEdge, MeshTopology};
+pub use parametrize::{ParametrizeError, SquareMap, map_to_square};
 pub use surface::{SplineSurface, SurfaceError, SurfaceJet};
+pub use surface_fit::{FitPoint, fit_surface};
 pub use surface_foot::{Boundary, Edge, SurfaceFoot};
 
 /// A point, mm unless a function says otherwise.

@@ -297,3 +297,7 @@ impl SurfaceJet {
         Direction::try_new(normal, 1e-12 * self.su.norm() * self.sv.norm()).filter(|n| n.x.is_finite())
     }
 }
+
+#[cfg(test)]
+#[path = "surface_tests.rs"]
+mod tests;

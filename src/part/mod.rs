@@ -1,12 +1,14 @@
 //! The design surface and how to read it. May use: diagnostic, geometry.
 
 mod design_surface;
+mod facing;
 mod fit;
 mod mesh_sampling;
 mod oriented_spline;
 mod read;
 
 pub use design_surface::{DesignSurface, Foot, OutwardNormal, SampleGrid, SplineForm, SurfacePlace, SurfaceSample};
+pub use facing::Facing;
 pub use oriented_spline::{IrregularSurface, OrientedSpline};
 pub use read::{ReadOptions, Units, read, require_closed};
 
