@@ -124,18 +124,25 @@ impl Knots {
         breaks
     }
 
-    /// Index i of the span with `values[i] <= t < values[i + 1]`; the last span holds its right end.
+    /// Index i of the span with `values[i] <= t < values[i + 1]`; the last span holds its right end, and the end spans
+    /// hold what lies outside the domain.
     pub fn span(&self, t: f64) -> usize {
         let (low, high) = (self.degree, self.controls());
-        if t >= self.values[high] {
-            let mut span = high - 1;
-            while self.values[span] >= self.values[high] {
-                span -= 1;
-            }
-            return span;
+        let (start, end) = self.domain();
+        // Guessed as if the knots were evenly spaced, then walked to: most knots nearly are.
+        let share = ((t - start) / (end - start)).clamp(0.0, 1.0);
+        let mut span = (low + (share * (high - low) as f64) as usize).min(high - 1);
+        while span > low && (self.values[span] > t || self.values[span] >= end) {
+            span -= 1;
         }
-        let inside = &self.values[low..=high];
-        (low + inside.partition_point(|k| *k <= t)).saturating_sub(1).max(low)
+        while span + 1 < high && self.values[span + 1] <= t && self.values[span + 1] < end {
+            span += 1;
+        }
+        // Repeated knots at the left end make spans of no length.
+        while self.values[span] >= self.values[span + 1] {
+            span += 1;
+        }
+        span
     }
 
     /// Greville abscissa of control point `index`: the mean of its `degree` inner knots.

@@ -22,6 +22,8 @@ pub(super) struct Patch {
     centre: Point,
     axes: [Vector; 3],
     half: Vector,
+    /// Points of the patch closer to some p than this have a squared distance to p that is convex in (u, v).
+    convex_within: f64,
 }
 
 /// All patches of a surface in a bounding volume hierarchy.
@@ -38,28 +40,32 @@ impl Patch {
     }
 
     /// Square of the distance from the oriented box.
-    fn distance_squared(&self, p: &Point) -> f64 {
+    pub(super) fn distance_squared(&self, p: &Point) -> f64 {
         let offset = p - self.centre;
         let beyond = |k: usize| (offset.dot(&self.axes[k]).abs() - self.half[k]).max(0.0);
         let (x, y, z) = (beyond(0), beyond(1), beyond(2));
         x * x + y * y + z * z
     }
 
-    fn around(net: &Net, rectangle: Rectangle) -> Self {
-        let points = net.points();
-        let (i, j) = (net.rows - 1, net.columns - 1);
-        let along_u = (net.point(i, 0) - net.point(0, 0)) + (net.point(i, j) - net.point(0, j));
-        let along_v = (net.point(0, j) - net.point(0, 0)) + (net.point(i, j) - net.point(i, 0));
-        let axes = frame(&along_u, &along_v);
+    /// Whether the squared distance from `p` is convex over the whole patch, so that one descent finds its least.
+    pub(super) fn convex_from(&self, p: &Point) -> bool {
+        (p - self.centre).norm() + self.half.norm() < self.convex_within
+    }
+
+    fn around(net: &Net, legs: &[Legs; 2], rectangle: Rectangle, rational: bool) -> Self {
+        let axes = frame(&legs[0].mean, &legs[1].mean);
         let mut low = Vector::repeat(f64::INFINITY);
         let mut high = -low;
-        for p in points {
+        for p in net.points() {
             let local = Vector::new(p.coords.dot(&axes[0]), p.coords.dot(&axes[1]), p.coords.dot(&axes[2]));
             (low, high) = (low.inf(&local), high.sup(&local));
         }
         let middle = (low + high) / 2.0;
         let centre = Point::from(axes[0] * middle.x + axes[1] * middle.y + axes[2] * middle.z);
-        Self { rectangle, centre, axes, half: (high - low) / 2.0 }
+        let exact = net.convexity_radius(legs);
+        // The net of a rational piece bounds its derivatives only about; half of its radius is kept.
+        let convex_within = if rational { exact / 2.0 } else { exact };
+        Self { rectangle, centre, axes, half: (high - low) / 2.0, convex_within }
     }
 }
 
@@ -115,27 +121,82 @@ impl Net {
         self.store[i * self.columns + j]
     }
 
-    /// Least cosine between a leg of the net along u (v) and the mean of all legs along u (v); legs of no length (at a
-    /// pole) do not count.
-    fn leg_turns(&self) -> [f64; 2] {
-        let legs_u = |k: usize| {
-            let (i, j) = (k / self.columns, k % self.columns);
-            self.point(i + 1, j) - self.point(i, j)
-        };
-        let legs_v = |k: usize| {
-            let (i, j) = (k / (self.columns - 1), k % (self.columns - 1));
-            self.point(i, j + 1) - self.point(i, j)
-        };
-        let turn = |count: usize, leg: &dyn Fn(usize) -> Vector| -> f64 {
-            let mean = (0..count).fold(Vector::zeros(), |sum, k| sum + leg(k));
-            (0..count).fold(1.0, |least: f64, k| {
-                let leg = leg(k);
-                let lengths = leg.norm() * mean.norm();
-                if lengths > 1e-12 * mean.norm_squared() { least.min(leg.dot(&mean) / lengths) } else { least }
-            })
-        };
-        [turn((self.rows - 1) * self.columns, &legs_u), turn(self.rows * (self.columns - 1), &legs_v)]
+    /// Rows of the net for side 0 (legs along u), columns for side 1, as a lookup of point k on line l.
+    fn line(&self, side: usize, k: usize, l: usize) -> Point {
+        if side == 0 { self.point(k, l) } else { self.point(l, k) }
     }
+
+    fn size(&self, side: usize) -> usize {
+        if side == 0 { self.rows } else { self.columns }
+    }
+
+    /// The legs along u (side 0) or v (side 1), gathered.
+    fn legs(&self, side: usize) -> Legs {
+        let (count, lines) = (self.size(side) - 1, self.size(1 - side));
+        let leg = |k: usize, l: usize| self.line(side, k + 1, l) - self.line(side, k, l);
+        let all = || (0..lines).flat_map(move |l| (0..count).map(move |k| (k, l)));
+        let mean = all().fold(Vector::zeros(), |sum, (k, l)| sum + leg(k, l)) / (count * lines) as f64;
+        let length = mean.norm();
+        let (mut cosine, mut least) = (1.0f64, f64::INFINITY);
+        for (k, l) in all() {
+            let leg = leg(k, l);
+            let along = leg.dot(&mean) / length;
+            least = least.min(along);
+            // At a pole a leg has no length and no direction.
+            if leg.norm() > 1e-12 * length {
+                cosine = cosine.min(along / leg.norm());
+            }
+        }
+        Legs { mean, cosine, least }
+    }
+
+    /// A distance below which |S - p|² is convex. With the first derivatives at least U and V long and at most c the
+    /// cosine between them, |a Su + b Sv|² >= (1 - c)(a² U² + b² V²); with the second derivatives at most M,
+    /// |(S - p)·(a² Suu + 2ab Suv + b² Svv)| <= |S - p| k (a² U² + b² V²), k the greater eigenvalue of
+    /// [Muu/U², Muv/UV; Muv/UV, Mvv/V²]. So (1 - c)/k serves. All bounds come from differences of the net.
+    fn convexity_radius(&self, legs: &[Legs; 2]) -> f64 {
+        let degrees = [self.rows as f64 - 1.0, self.columns as f64 - 1.0];
+        let [u, v] = [degrees[0] * legs[0].least, degrees[1] * legs[1].least];
+        let spread = legs[0].cosine.clamp(-1.0, 1.0).acos() + legs[1].cosine.clamp(-1.0, 1.0).acos();
+        let between = legs[0].mean.angle(&legs[1].mean);
+        let narrowest = between.min(std::f64::consts::PI - between) - spread;
+        if !(u > 0.0 && v > 0.0 && narrowest > 0.0) {
+            return 0.0;
+        }
+        let [muu, mvv] = [0, 1].map(|side| degrees[side] * (degrees[side] - 1.0) * self.bend(side));
+        let mut twist = 0.0f64;
+        for i in 1..self.rows {
+            for j in 1..self.columns {
+                let second =
+                    self.point(i, j) - self.point(i - 1, j) - (self.point(i, j - 1) - self.point(i - 1, j - 1));
+                twist = twist.max(second.norm());
+            }
+        }
+        let (a, b, c) = (muu / (u * u), degrees[0] * degrees[1] * twist / (u * v), mvv / (v * v));
+        let k = (a + c) / 2.0 + ((a - c) / 2.0).hypot(b);
+        (1.0 - narrowest.cos()) / k
+    }
+
+    /// Longest second difference along one side.
+    fn bend(&self, side: usize) -> f64 {
+        let mut longest = 0.0f64;
+        for l in 0..self.size(1 - side) {
+            for k in 2..self.size(side) {
+                let [a, b, c] = [k - 2, k - 1, k].map(|k| self.line(side, k, l));
+                longest = longest.max(((c - b) - (b - a)).norm());
+            }
+        }
+        longest
+    }
+}
+
+/// The legs of a net along one parameter, gathered.
+struct Legs {
+    mean: Vector,
+    /// Least cosine between a leg and the mean.
+    cosine: f64,
+    /// Least length of a leg along the mean.
+    least: f64,
 }
 
 impl PatchTree {
@@ -144,8 +205,8 @@ impl PatchTree {
         let mut boxes = Vec::new();
         for (span_u, u) in pieces(surface.knots_u()) {
             for (span_v, v) in pieces(surface.knots_v()) {
-                divide(surface, [span_u, span_v], [u, v], MAX_HALVINGS, &mut |net, rectangle| {
-                    patches.push(Patch::around(net, rectangle));
+                divide(surface, [span_u, span_v], [u, v], MAX_HALVINGS, &mut |net, patch| {
+                    patches.push(patch);
                     boxes.push(Aabb::around(net.points()));
                 });
             }
@@ -159,12 +220,9 @@ impl PatchTree {
         self.scale
     }
 
-    /// Visits the patches that may hold a point closer than the bound, nearer ones first; see [`Bvh::nearest`].
+    /// Visits the patches whose axis-aligned box lies within the bound, nearer ones first; see [`Bvh::nearest`].
     pub(super) fn nearest(&self, p: &Point, mut visit: impl FnMut(&Patch, f64) -> f64) {
-        self.tree.nearest(p, f64::INFINITY, |index, bound| {
-            let patch = &self.patches[index];
-            if patch.distance_squared(p) >= bound { bound } else { visit(patch, bound) }
-        });
+        self.tree.nearest(p, f64::INFINITY, |index, bound| visit(&self.patches[index], bound));
     }
 }
 
@@ -180,15 +238,15 @@ fn divide(
     spans: [usize; 2],
     rectangle: Rectangle,
     halvings: usize,
-    keep: &mut impl FnMut(&Net, Rectangle),
+    keep: &mut impl FnMut(&Net, Patch),
 ) {
     let net = Net::new(surface, spans, &rectangle);
-    let turns = net.leg_turns();
-    if halvings == 0 || turns[0].min(turns[1]) >= LEG_TURN {
-        keep(&net, rectangle);
+    let legs = [net.legs(0), net.legs(1)];
+    if halvings == 0 || legs[0].cosine.min(legs[1].cosine) >= LEG_TURN {
+        keep(&net, Patch::around(&net, &legs, rectangle, surface.weights().is_some()));
         return;
     }
-    let across = usize::from(turns[1] < turns[0]);
+    let across = usize::from(legs[1].cosine < legs[0].cosine);
     let (low, high) = rectangle[across];
     let middle = (low + high) / 2.0;
     for half in [(low, middle), (middle, high)] {

@@ -3,7 +3,7 @@
 //! Source of the formulas: Piegl and Tiller, The NURBS Book, chapters 3 and 4.
 
 use super::bvh::Aabb;
-use super::knots::{KnotError, Knots};
+use super::knots::{Basis, KnotError, Knots};
 use super::patch::PatchTree;
 use super::{Direction, Point, RigidMotion, Vector};
 use std::sync::OnceLock;
@@ -151,7 +151,7 @@ impl SplineSurface {
 
     /// Point and derivatives at (u, v). Outside the domain the end polynomials are continued.
     pub fn jet(&self, u: f64, v: f64) -> SurfaceJet {
-        self.table(u, v).jet()
+        self.table::<false>(u, v).jet()
     }
 
     /// Point at (u, v).
@@ -169,7 +169,7 @@ impl SplineSurface {
         if x == 0.0 && y == 0.0 {
             return self.jet(u, v);
         }
-        let d = self.table(a, b).0;
+        let d = self.table::<true>(a, b).0;
         let zero = Vector::zeros();
         if x == 0.0 {
             return SurfaceJet {
@@ -206,7 +206,8 @@ impl SplineSurface {
         self.tree.get_or_init(|| PatchTree::new(self))
     }
 
-    fn table(&self, u: f64, v: f64) -> DerivativeTable {
+    /// Derivatives of mixed order up to two in each parameter; of total order above two only when `FULL`.
+    fn table<const FULL: bool>(&self, u: f64, v: f64) -> DerivativeTable {
         let (bu, bv) = (self.knots_u.basis(u), self.knots_v.basis(v));
         let (p, q) = (self.knots_u.degree(), self.knots_v.degree());
         let columns = self.knots_v.controls();
@@ -214,35 +215,47 @@ impl SplineSurface {
         let mut weight = [[0.0; 3]; 3];
         for i in 0..=p {
             let start = (bu.first + i) * columns + bv.first;
-            let range = start..=start + q;
-            let mut row = [Vector::zeros(); 3];
-            let mut row_weight = [0.0; 3];
-            match &self.weights {
-                None => {
-                    for (j, point) in self.control[range].iter().enumerate() {
-                        for (value, ders) in row.iter_mut().zip(&bv.ders) {
-                            *value += point.coords * ders[j];
-                        }
-                    }
-                }
-                Some(weights) => {
-                    for (j, (point, w)) in self.control[range.clone()].iter().zip(&weights[range]).enumerate() {
-                        for (l, ders) in bv.ders.iter().enumerate() {
-                            row[l] += point.coords * (ders[j] * w);
-                            row_weight[l] += ders[j] * w;
-                        }
-                    }
-                }
-            }
-            for (k, ders) in bu.ders.iter().enumerate() {
-                for l in 0..3 {
-                    sums[k][l] += row[l] * ders[i];
-                    weight[k][l] += row_weight[l] * ders[i];
+            let points = &self.control[start..=start + q];
+            let (row, row_weight) = match &self.weights {
+                // The common case, so that the compiler knows the length.
+                None if q == 3 => (row_sums(&points[..4], &bv), [0.0; 3]),
+                None => (row_sums(points, &bv), [0.0; 3]),
+                Some(weights) => weighted_row_sums(points, &weights[start..=start + q], &bv),
+            };
+            for k in 0..3 {
+                let along_u = bu.ders[k][i];
+                for l in 0..if FULL { 3 } else { 3 - k } {
+                    sums[k][l] += row[l] * along_u;
+                    weight[k][l] += row_weight[l] * along_u;
                 }
             }
         }
         if self.weights.is_some() { DerivativeTable::quotient(&sums, &weight) } else { DerivativeTable(sums) }
     }
+}
+
+/// Sums of one row of control points with the basis functions along v and their derivatives.
+#[inline(always)]
+fn row_sums(points: &[Point], basis: &Basis) -> [Vector; 3] {
+    let mut sums = [Vector::zeros(); 3];
+    for (j, point) in points.iter().enumerate() {
+        for (sum, ders) in sums.iter_mut().zip(&basis.ders) {
+            *sum += point.coords * ders[j];
+        }
+    }
+    sums
+}
+
+/// The same for a rational surface: of the weighted points, and of the weights.
+fn weighted_row_sums(points: &[Point], weights: &[f64], basis: &Basis) -> ([Vector; 3], [f64; 3]) {
+    let (mut sums, mut weight_sums) = ([Vector::zeros(); 3], [0.0; 3]);
+    for (j, (point, weight)) in points.iter().zip(weights).enumerate() {
+        for (l, ders) in basis.ders.iter().enumerate() {
+            sums[l] += point.coords * (ders[j] * weight);
+            weight_sums[l] += ders[j] * weight;
+        }
+    }
+    (sums, weight_sums)
 }
 
 fn check_weights(weights: &[Vec<f64>], rows: usize, columns: usize) -> Result<(), SurfaceError> {

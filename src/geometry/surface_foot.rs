@@ -1,6 +1,7 @@
 //! Closest points on B-spline surfaces: a tree over the Bezier patches, then Newton's method on the two orthogonality
 //! equations (S - p)·Su = 0 and (S - p)·Sv = 0. Uses `surface`, `bvh` and `patch`.
 
+use super::patch::Patch;
 use super::surface::{SplineSurface, SurfaceJet};
 use super::{Point, Vector};
 
@@ -59,15 +60,23 @@ impl SplineSurface {
         let tree = self.tree();
         let mut best: Option<Descent> = None;
         tree.nearest(p, |patch, bound| {
-            let found = Descent::in_patch(self, p, patch.rectangle(), tree.scale());
+            // A descent over the whole surface from the first patch gives a bound that spares most others.
+            let known = *best.get_or_insert_with(|| {
+                let start = middle(patch.rectangle());
+                Descent::run(self, p, start, &self.domain(), tree.scale())
+            });
+            let bound = bound.min(known.value);
+            if patch.distance_squared(p) >= bound {
+                return bound;
+            }
+            let found = Descent::in_patch(self, p, patch, tree.scale(), &known);
             if found.value < bound {
                 best = Some(found);
             }
             found.value.min(bound)
         });
         // A tree is never empty and every value is finite; the start of a descent is the answer of last resort.
-        let [(u0, u1), (v0, v1)] = self.domain();
-        let best = best.unwrap_or_else(|| Descent::new(self, p, ((u0 + u1) / 2.0, (v0 + v1) / 2.0), &self.domain()));
+        let best = best.unwrap_or_else(|| Descent::new(self, p, middle(&self.domain()), &self.domain()));
         best.foot(self, tree.scale())
     }
 
@@ -87,6 +96,10 @@ impl SplineSurface {
         let second = Descent::run(self, p, (inside.u, inside.v), &EVERYWHERE, scale);
         if second.state == State::Minimum { second.foot(self, scale) } else { inside }
     }
+}
+
+fn middle([(u0, u1), (v0, v1)]: &Rectangle) -> (f64, f64) {
+    ((u0 + u1) / 2.0, (v0 + v1) / 2.0)
 }
 
 /// How a descent ended, or what it may say of the place where it stands.
@@ -130,17 +143,22 @@ impl Descent {
         Self { u, v, jet, offset, value: offset.norm_squared(), state: State::Falling }
     }
 
-    /// Least distance inside one patch. Where the distance is not convex over the patch (p beyond its centres of
-    /// curvature), several starts are taken.
-    fn in_patch(surface: &SplineSurface, p: &Point, limits: &Rectangle, scale: f64) -> Self {
+    /// Least distance inside one patch. Where the distance is convex over the patch, one descent finds it, and it is
+    /// `known` when that minimum lies in the patch. Where it is not (p beyond the centres of curvature), several starts
+    /// are taken.
+    fn in_patch(surface: &SplineSurface, p: &Point, patch: &Patch, scale: f64, known: &Self) -> Self {
+        let limits = patch.rectangle();
         let [(u0, u1), (v0, v1)] = *limits;
-        let at = |a: f64, b: f64| (u0 + (u1 - u0) * a, v0 + (v1 - v0) * b);
-        let centre = Self::new(surface, p, at(0.5, 0.5), limits);
-        let convex = centre.convex();
-        let mut best = centre.fall(surface, p, limits, scale);
+        let convex = patch.convex_from(p);
+        let inside = (u0..=u1).contains(&known.u) && (v0..=v1).contains(&known.v);
+        if convex && inside && known.state == State::Minimum {
+            return *known;
+        }
+        let mut best = Self::run(surface, p, middle(limits), limits, scale);
         if convex && best.state == State::Minimum {
             return best;
         }
+        let at = |a: f64, b: f64| (u0 + (u1 - u0) * a, v0 + (v1 - v0) * b);
         for a in [0.0, 0.5, 1.0] {
             for b in [0.0, 0.5, 1.0] {
                 let other = Self::run(surface, p, at(a, b), limits, scale);
