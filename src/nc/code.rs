@@ -209,7 +209,7 @@ impl MCode {
 }
 
 /// Letters as bits from A.
-pub const fn letters(text: &str) -> u32 {
+pub(super) const fn letters(text: &str) -> u32 {
     let bytes = text.as_bytes();
     let (mut bits, mut index) = (0, 0);
     while index < bytes.len() {

@@ -21,11 +21,6 @@ impl AxisSet {
     pub fn indices(self) -> impl Iterator<Item = usize> {
         (0..AXIS_LETTERS.len()).filter(move |index| self.has(*index))
     }
-
-    /// Whether any of X, Y, Z is in the set.
-    pub fn any_linear(self) -> bool {
-        self.0 & 0b111 != 0
-    }
 }
 
 /// In which coordinates a target is given.
