@@ -83,7 +83,9 @@ impl PartDeviation {
     /// Share of the area on which `wanted` holds.
     pub fn area_share(&self, wanted: impl Fn(&MeasuredSample) -> bool) -> f64 {
         let total: f64 = self.areas.iter().sum();
-        let part: f64 = self.samples.iter().zip(&self.areas).filter(|(s, _)| wanted(s)).map(|(_, a)| a).sum();
+        let chosen = self.samples.iter().zip(&self.areas).filter(|(s, _)| wanted(s)).map(|(_, a)| a);
+        // Not `sum`, which makes -0 of nothing.
+        let part = chosen.fold(0.0, |sum, area| sum + area);
         if total > 0.0 { part / total } else { 0.0 }
     }
 }

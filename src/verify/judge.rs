@@ -170,7 +170,7 @@ fn program_record(motion: &ToolMotion) -> ProgramRecord {
     ProgramRecord {
         blocks: motion.segments().len(),
         duration_s: motion.duration(),
-        cut_length_mm: feed().map(|s| motion.tip_length(s)).sum(),
+        cut_length_mm: feed().fold(0.0, |length, s| length + motion.tip_length(s)),
         max_block_rate_hz: 1.0 / shortest,
     }
 }

@@ -95,6 +95,7 @@ fn good_program_passes_with_all_keys_in_order() {
     assert_eq!(value["verdict"], "pass");
     assert_eq!(value["deviation"]["within_tolerance_share"], 1.0);
     assert_eq!(value["strips"]["count"], 1);
+    assert!(!json.contains("-0.0,") && !json.contains("-0.0\n"), "{json}");
     assert_eq!(value["axes"]["X"]["max"], 40.0);
     assert_eq!(value["round_trip"], serde_json::Value::Null);
 }
