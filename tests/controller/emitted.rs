@@ -1,0 +1,88 @@
+//! The job's program for a machine, and what this project says that it does.
+
+use crate::rig::Rig;
+use regulus::job::Job;
+use regulus::machine::{DialectOptions, Machine, Setup, builtin};
+use regulus::motion::ToolPath;
+use regulus::nc::{Program, Rules, read};
+use regulus::pipeline::{InputFile, Inputs, judge, plan, post_job};
+use regulus::simulate::ToolMotion;
+use regulus::verify::{DeviationRecord, Settings, Subject, verify};
+use std::sync::OnceLock;
+
+const JOB: &str = include_str!("job.toml");
+const PART: &[u8] = include_bytes!("arc.json");
+/// Where the part stands: off every axis.
+const OFFSET: [f64; 3] = [35.0, -20.0, 12.5];
+/// G55, as the job says.
+const SYSTEM: u32 = 2;
+
+/// A program, and all that belongs to it.
+pub(crate) struct Emitted {
+    inputs: Inputs,
+    pub(crate) text: String,
+    pub(crate) program: Program,
+    pub(crate) motion: ToolMotion,
+    pub(crate) deviation: DeviationRecord,
+}
+
+/// The job on a machine; `change` says what its control has other than its file says.
+fn inputs(name: &str, tcp: bool, change: impl Fn(&mut DialectOptions)) -> Inputs {
+    let text = JOB.replace("MACHINE", name).replace("OFFSET", &format!("{OFFSET:?}")).replace("TCP", &tcp.to_string());
+    let job = Job::read(&text, "job.toml").unwrap();
+    let part = InputFile { name: "arc.json", bytes: PART };
+    let mut machine = Machine::named(name).unwrap();
+    change(&mut machine.control.options);
+    Inputs::read(job, part, &[], &machine, builtin(name).unwrap()).unwrap()
+}
+
+/// The tool path, which is the same for every machine.
+fn tool_path(inputs: &Inputs) -> &'static ToolPath {
+    static PATH: OnceLock<ToolPath> = OnceLock::new();
+    PATH.get_or_init(|| plan(inputs).unwrap().path)
+}
+
+impl Emitted {
+    /// Plans, writes, reads back, follows and verifies the program for a machine, with TCP on or off.
+    pub(crate) fn new(machine: &str, tcp: bool) -> Self {
+        Self::with(machine, tcp, |_| {})
+    }
+
+    /// The same where the control has other options than the machine's file says.
+    pub(crate) fn with(machine: &str, tcp: bool, change: impl Fn(&mut DialectOptions)) -> Self {
+        let inputs = inputs(machine, tcp, change);
+        let path = tool_path(&inputs);
+        let text = post_job(&inputs, path).unwrap().text;
+        let file = InputFile { name: "program.ngc", bytes: text.as_bytes() };
+        let judged = judge(&inputs, file, Some(path), false).unwrap();
+        let program = read(text.as_bytes(), &Rules::of(&inputs.machine));
+        let deviation = judged.verified.record.deviation;
+        Self { inputs, text, program, motion: judged.motion, deviation }
+    }
+
+    /// The machine with its part and its tool.
+    pub(crate) fn setup(&self) -> &Setup {
+        self.motion.setup()
+    }
+
+    /// The controller of this machine, with its part and its tool.
+    pub(crate) fn rig(&self) -> Rig {
+        let setup = self.setup();
+        Rig {
+            machine: setup.machine().name.clone(),
+            tool: self.inputs.job.tool.number,
+            tool_length: setup.tool_length(),
+            system: SYSTEM,
+            offset: setup.work_offset(),
+            identity_first: false,
+            m428_selects: 0,
+        }
+    }
+
+    /// What another motion of the tool leaves of the part.
+    pub(crate) fn deviation_of(&self, motion: &ToolMotion) -> DeviationRecord {
+        let (tool, part) = (&self.inputs.job.tool, &self.inputs.part);
+        let subject = Subject { motion, tool, part, tolerance: self.deviation.tolerance, path: None };
+        verify(&subject, &Settings::default()).record.deviation
+    }
+}
