@@ -5,6 +5,8 @@ use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
+/// Where relative names start, unless a job names the file.
+pub(super) const FROM_CURRENT_FOLDER: &str = "the current folder";
 /// Larger inputs are refused before they fill the memory.
 const MAX_INPUT_BYTES: u64 = 1 << 30;
 
@@ -36,9 +38,9 @@ pub(super) fn read_text(path: &Path) -> Result<String> {
 
 fn unreadable(path: &Path, error: &io::Error) -> Box<Diagnostic> {
     let help = match error.kind() {
-        io::ErrorKind::NotFound => "check the name; relative names start at the current folder",
-        io::ErrorKind::PermissionDenied => "allow this user to read the file",
-        _ => "name a file that can be read",
+        io::ErrorKind::NotFound => format!("check the name; relative names start at {FROM_CURRENT_FOLDER}"),
+        io::ErrorKind::PermissionDenied => "allow this user to read the file".to_owned(),
+        _ => "name a file that can be read".to_owned(),
     };
     Diagnostic::error(format!("{} cannot be read: {error}", path.display())).help(help)
 }

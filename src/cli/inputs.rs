@@ -1,6 +1,6 @@
 //! Finding and reading what a command was given: jobs with the files they name, machines by name or path.
 
-use super::files::{read_bytes, read_text};
+use super::files::{FROM_CURRENT_FOLDER, read_bytes, read_text};
 use super::{Refusal, Terminal};
 use crate::diagnostic::{Diagnostic, Result};
 use crate::job::Job;
@@ -69,7 +69,6 @@ fn named_by_job(job: &Job, key: &str, finding: Diagnostic) -> Diagnostic {
     if finding.place.is_some() {
         return finding;
     }
-    let mut placed = *job.blame(key, finding.message);
-    placed.help = finding.help;
-    placed
+    let help = finding.help.unwrap_or_default().replace(FROM_CURRENT_FOLDER, "the folder of the job file");
+    *job.blame(key, finding.message).help(help)
 }

@@ -34,7 +34,7 @@ pub(super) fn of_program(posted: &Posted) -> String {
     if let Some(first) = posted.slowed.first() {
         let _ = writeln!(
             text,
-            "  {} blocks slower than asked, the first on line {first}: {:.2} s in all",
+            "  feed words lower the speed of {} moves, the first on line {first}: {:.2} s in all",
             posted.slowed.len(),
             posted.lost
         );

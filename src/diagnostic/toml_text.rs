@@ -111,12 +111,19 @@ impl TomlText {
                 .at(offset, format!("key `{name}` is missing"))
                 .help(format!("add a line `{name} = …` to this table"));
         }
-        if let Some((found, wanted)) = message.strip_prefix("invalid type: ").and_then(|m| m.split_once(", expected "))
-        {
-            return self.at(offset, format!("wrong type: {found}")).help(format!("write {}", plain_type(wanted)));
+        if let Some((found, wanted)) = message.strip_prefix("invalid ").and_then(|m| m.split_once(", expected ")) {
+            let found = found.replacen("type:", "wrong type:", 1).replacen("value:", "wrong value:", 1).replacen(
+                "length ",
+                "a list of length ",
+                1,
+            );
+            return self.at(offset, found).help(format!("write {}", plain_type(wanted)));
         }
-        let located = self.at(offset, message.to_owned());
-        if message.starts_with("duplicate key") { located.help("leave one of them out") } else { located }
+        let help = match message.starts_with("duplicate key") {
+            true => "leave one of them out",
+            false => "write [table] headers and lines key = value; text stands in quotes, lists in square brackets",
+        };
+        self.at(offset, message.to_owned()).help(help)
     }
 }
 
@@ -199,6 +206,8 @@ fn plain_type(wanted: &str) -> &str {
         "a string" => "text in quotes",
         "a boolean" => "true or false",
         "a sequence" => "a list in square brackets",
+        "an array of length 2" => "a list of 2 in square brackets",
+        "an array of length 3" => "a list of 3 in square brackets",
         other => other.strip_prefix("struct ").map_or(other, |_| "a table of keys"),
     }
 }
@@ -273,6 +282,13 @@ mod tests {
     }
 
     #[test]
+    fn lists_of_wrong_length_say_how_many_are_wanted() {
+        let said = complaint("name = \"x\"\n[inner]\nflute_length = 4.0\nlist = [[1]]\n");
+        assert!(said.contains("a list of length 1\n  --> a.toml:4:9"), "{said}");
+        assert!(said.contains("help: write a list of 2 in square brackets"), "{said}");
+    }
+
+    #[test]
     fn numbers_that_are_not_finite_are_refused_wherever_they_stand() {
         for number in ["nan", "inf", "-inf", "+nan", "1e999"] {
             let said = complaint(&format!("name = \"x\"\n[inner]\nflute_length = 4.0\nlist = [[0.0, {number}]]\n"));
@@ -282,7 +298,8 @@ mod tests {
 
     #[test]
     fn bad_syntax_is_located() {
-        assert!(complaint("name = \"x\"\n[inner\n").contains("--> a.toml:2:"), "unclosed header");
+        let said = complaint("name = \"x\"\n[inner\n");
+        assert!(said.contains("--> a.toml:2:") && said.contains("help: write [table] headers"), "{said}");
         assert!(complaint("name = \"x\"\nname = \"y\"\n").contains("--> a.toml:2:1"), "duplicate key");
     }
 

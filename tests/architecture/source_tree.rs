@@ -56,7 +56,8 @@ impl SourceTree {
     /// Takes files as (name, text).
     pub(crate) fn of(files: &[(impl AsRef<str>, impl AsRef<str>)]) -> Self {
         let files = files.iter().map(|(name, text)| SourceFile::new(name.as_ref(), text.as_ref()));
-        let files = files.filter(|f| f.path.last().is_none_or(|last| last != "tests"));
+        let is_test = |name: &String| name == "tests" || name.ends_with("_tests");
+        let files = files.filter(|f| !f.path.iter().any(is_test));
         Self { files: files.map(|f| (f.path.clone(), f)).collect() }
     }
 

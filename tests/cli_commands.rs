@@ -1,0 +1,8 @@
+//! The program as its users meet it: commands, files, exit statuses, messages.
+
+#[path = "cli_commands/bad_input.rs"]
+mod bad_input;
+#[path = "cli_commands/good_input.rs"]
+mod good_input;
+#[path = "cli_commands/workshop.rs"]
+mod workshop;

@@ -1,0 +1,188 @@
+//! Bad input: status 2, a message with place and remedy, and nothing written.
+
+use crate::workshop::{JOB, Workshop, patch};
+
+/// Calls `run` on the folder's job, which must be refused without a trace.
+fn run_refused(shop: &Workshop, message: &str, place: &str) {
+    let before = shop.files();
+    shop.call(&["run", "job.toml", "--out", "made"]).refused(message, place);
+    assert_eq!(shop.files(), before);
+}
+
+#[test]
+fn files_that_are_missing() {
+    let shop = Workshop::new();
+    shop.call(&["run", "no.toml"]).refused("no.toml cannot be read", "no.toml");
+    shop.call(&["run", "."]).refused(". is a folder, not a file", "");
+    shop.job_with("patch.json", "no.json");
+    run_refused(&shop, "no.json cannot be read", "job.toml:6:8");
+    run_refused(&shop, "no.json", "relative names start at the folder of the job file");
+    shop.job_with("file = \"patch.json\"", "file = \"patch.json\"\ncheck = [\"patch.json\", \"hub.stl\"]");
+    run_refused(&shop, "hub.stl cannot be read", "job.toml:7:24");
+    shop.job_with("\"xyzac-trt\"", "\"mine.toml\"");
+    run_refused(&shop, "mine.toml cannot be read", "job.toml:21:8");
+    shop.job_with("\"xyzac-trt\"", "\"xyzac-trr\"");
+    run_refused(&shop, "no machine is called \"xyzac-trr\"", "did you mean xyzac-trt?");
+    shop.write("job.toml", JOB);
+    shop.call(&["verify", "no.ngc", "--machine", "xyzac-trt", "--job", "job.toml"])
+        .refused("no.ngc cannot be read", "");
+    shop.call(&["post", "no.cl", "--machine", "xyzac-trt", "--out", "p.ngc"]).refused("no.cl cannot be read", "");
+    shop.call(&["inspect", "no.ngc"]).refused("no.ngc cannot be read", "");
+}
+
+#[test]
+fn several_missing_files_are_named_at_once() {
+    let shop = Workshop::new();
+    shop.write("job.toml", JOB.replace("patch.json", "no.json").replace("xyzac-trt", "no.toml"));
+    let call = shop.call(&["run", "job.toml"]);
+    call.refused("no.json cannot be read", "job.toml:6:8");
+    call.refused("no.toml cannot be read", "job.toml:21:8");
+}
+
+#[test]
+fn wrong_keys_types_and_sizes_in_a_job() {
+    let shop = Workshop::new();
+    for (from, to, message, place) in [
+        ("flute_length = 20.0", "flut_length = 20.0", "unknown key `flut_length`", "job.toml:13:1"),
+        ("diameter = 8.0", "diameter = \"8\"", "wrong type: string \"8\"", "job.toml:12:12"),
+        ("diameter = 8.0", "diameter = -8.0", "tool.diameter = -8 is out of range", "job.toml:12:12"),
+        ("diameter = 8.0", "diameter = 8e9", "tool.diameter = 8000000000 is out of range", "job.toml:12:12"),
+        ("diameter = 8.0", "diameter = nan", "nan is not a finite number", "job.toml:12:12"),
+        ("cut = 600.0", "cut = inf", "inf is not a finite number", "job.toml:25:7"),
+        ("overcut = 0.01", "overcut = -0.01", "part.tolerance.overcut = -0.01 is out of range", "job.toml:7:25"),
+        ("gauge_length = 80.0", "gauge_length = 8.0", "8 mm is shorter than the flutes", "job.toml:14:16"),
+        ("kind = \"single-sweep\"", "kind = \"cavity\"", "unknown value \"cavity\"", "job.toml:17:8"),
+        ("\"G54\"", "\"G57\"", "has no work offset G57", "job.toml:22:15"),
+        ("[feed]", "[feed", "", "job.toml:2"),
+        ("version = 1", "version = 2", "version 2 of the job format", "job.toml:2:11"),
+    ] {
+        shop.job_with(from, to);
+        run_refused(&shop, message, place);
+    }
+}
+
+#[test]
+fn text_that_is_not_utf8() {
+    let shop = Workshop::new();
+    shop.write("job.toml", b"format = \"regulus-job\"\nname = \"\xff\"\n");
+    run_refused(&shop, "no text in UTF-8", "job.toml:2:9");
+}
+
+#[test]
+fn wrong_keys_and_sizes_in_a_machine() {
+    let shop = Workshop::new();
+    let machine = shop.call(&["machine", "show", "xyzac-trt"]).out;
+    shop.job_with("\"xyzac-trt\"", "\"mine.toml\"");
+    for (from, to, message) in [
+        ("speed = 30000", "sped = 30000", "unknown key `sped`"),
+        ("speed = 30000", "speed = -1", "-1 mm/min is not a positive rate"),
+        ("speed = 30000", "speed = nan", "nan is not a finite number"),
+        ("limits = [-1000, 1000]", "limits = [1000, -1000]", "is not below"),
+        ("direction = [1, 0, 0]", "direction = [0, 0, 0]", "has no length"),
+    ] {
+        assert!(machine.contains(from), "{from}");
+        shop.write("mine.toml", machine.replacen(from, to, 1));
+        run_refused(&shop, message, "mine.toml:");
+        shop.call(&["machine", "check", "mine.toml"]).refused(message, "mine.toml:");
+    }
+}
+
+#[test]
+fn parts_that_are_no_surface() {
+    let shop = Workshop::new();
+    let good = patch(false);
+    for (name, content, message) in [
+        ("patch.json", "{".to_owned(), "cannot be read as regulus-bspline"),
+        ("patch.json", good.replace("[3,3]", "[0,3]"), "degree 0 is outside"),
+        ("patch.json", good.replacen("[0,0,0,0,1,1,1,1]", "[0,0,0,0,1,1,1]", 1), "7 knots for degree 3"),
+        ("patch.json", good.replacen("40.0", "1e999", 1), "number out of range"),
+        ("part.stl", String::new(), "too short for an STL file"),
+        ("part.stl", "solid x\nendsolid x\n".to_owned(), "the mesh has no triangles"),
+        ("part.obj", triangles("f 1 2 6\n"), "has no area"),
+        ("part.obj", triangles("f 1 2 3\nf 1 2 4\nf 1 2 5\n"), "3 triangles share the edge"),
+        ("part.csv", "i,j,x,y,z\n0,0,0,0,0\n".to_owned(), "the grid has 1 x 1 points"),
+        ("part.step", "ISO-10303-21;\n".to_owned(), "\".step\" is not a kind of part file"),
+    ] {
+        shop.write(name, &content);
+        shop.job_with("patch.json", name);
+        run_refused(&shop, message, name);
+    }
+}
+
+/// An OBJ file with six vertices and some faces.
+fn triangles(faces: &str) -> String {
+    format!("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 -1 0\nv 0 0 1\nv 2 0 0\n{faces}")
+}
+
+#[test]
+fn tools_that_do_not_fit_the_part() {
+    let shop = Workshop::new();
+    shop.job_with("flute_length = 20.0", "flute_length = 6.0");
+    run_refused(&shop, "the tool is too short by", "job.toml");
+}
+
+#[test]
+fn poses_out_of_reach() {
+    let shop = Workshop::new();
+    shop.job_with("work_offset = \"G54\"", "work_offset = \"G54\"\noffset = [5000, 0, 0]");
+    run_refused(&shop, "axis X would have to stand at", "beyond its limit -1000");
+}
+
+#[test]
+fn programs_with_unknown_words_get_no_verdict_unless_told() {
+    let shop = Workshop::new();
+    assert_eq!(shop.call(&["run", "job.toml", "--out", "all"]).status, 0);
+    let odd = shop.read("all/program.ngc").replacen("G61\n", "G61\nG777\n", 1);
+    shop.write("odd.ngc", &odd);
+    let line = odd.lines().position(|l| l == "G777").unwrap() + 1;
+    let before = shop.files();
+    let verify = ["verify", "odd.ngc", "--machine", "xyzac-trt", "--job", "job.toml", "--json", "v.json"];
+    let call = shop.call(&verify);
+    call.refused("no verdict", &format!("odd.ngc:{line}:1\n{line:>5} | G777\n      | ^"));
+    assert_eq!(shop.files(), before);
+    let call = shop.call(&[&verify[..], &["--despite-unknown"]].concat());
+    assert_eq!(call.status, 0, "{}{}", call.out, call.err);
+    assert!(shop.path("v.json").exists());
+}
+
+#[test]
+fn tool_paths_that_cannot_be_posted() {
+    let shop = Workshop::new();
+    shop.write("bad.cl", "{\"format\":\"regulus-cl\"}");
+    let before = shop.files();
+    let post = ["post", "bad.cl", "--machine", "xyzac-trt", "--out", "p.ngc"];
+    shop.call(&post).refused("not a tool path: missing field", "bad.cl:1:");
+    assert_eq!(shop.call(&["plan", "job.toml", "--out", "bad.cl"]).status, 0);
+    shop.call(&[&post[..], &["--work-offset", "G59"]].concat()).refused("has no work offset \"G59\"", "");
+    assert_eq!(shop.files(), before);
+}
+
+#[test]
+fn outputs_that_cannot_be_written_leave_nothing_behind() {
+    let shop = Workshop::new();
+    shop.write("made", "a file where the folder should be");
+    run_refused(&shop, "cannot be written", "");
+    std::fs::create_dir_all(shop.path("other/verify.json")).unwrap();
+    let before = shop.files();
+    shop.call(&["run", "job.toml", "--out", "other"]).refused("verify.json cannot be written", "");
+    assert_eq!(shop.files(), before);
+}
+
+#[test]
+fn wrong_arguments() {
+    let shop = Workshop::new();
+    for arguments in [
+        &["run"][..],
+        &["nonsense"],
+        &["run", "job.toml", "--threads", "0"],
+        &["run", "job.toml", "--nonsense"],
+        &["plan", "job.toml"],
+        &[],
+    ] {
+        let call = shop.call(arguments);
+        assert_eq!(call.status, 2, "{arguments:?}");
+        assert!(call.err.contains("Usage") || call.err.contains("--help"), "{arguments:?}: {}", call.err);
+    }
+    let call = shop.call(&["inspect", "job.toml", "--machine", "xyzac-trt", "--gauge-length", "nan"]);
+    call.refused("tool length NaN mm is not a length", "");
+}
