@@ -1,7 +1,7 @@
 //! How the triangles of a mesh hang together: neighbours, boundary loops, components.
 
 use super::Point;
-use super::mesh::MeshError;
+use super::mesh_error::MeshError;
 
 /// Edge `edge` of triangle `face`; it runs from corner `edge` to the next.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,10 +1,8 @@
 //! The Bezier patches of a B-spline surface, each in a slab-like oriented box around its control net (which holds the
-//! patch: convex hull property, with positive weights too), and the tree over them. Uses `surface`, `knots`, `bvh`.
+//! patch: convex hull property, with positive weights too), and the tree over them. Uses `knots` and `bvh`.
 
 use super::bvh::{Aabb, Bvh};
 use super::knots::{Knots, MAX_DEGREE};
-use super::surface::SplineSurface;
-use super::surface_foot::Rectangle;
 use super::{Point, Vector};
 
 /// A patch is halved until the legs of its control net along one parameter turn less than this (cosine), so that its
@@ -14,6 +12,17 @@ const LEG_TURN: f64 = 0.93;
 const MAX_HALVINGS: usize = 8;
 /// Control points of a piece of the highest degree.
 const MAX_NET: usize = (MAX_DEGREE + 1) * (MAX_DEGREE + 1);
+
+/// A parameter rectangle, `[(u low, u high), (v low, v high)]`.
+pub(super) type Rectangle = [(f64, f64); 2];
+
+/// What a surface is made of: knots along u and v, control points row by row, weights in the same order.
+#[derive(Clone, Copy)]
+pub(super) struct Control<'a> {
+    pub(super) knots: [&'a Knots; 2],
+    pub(super) points: &'a [Point],
+    pub(super) weights: Option<&'a [f64]>,
+}
 
 /// A piece of the surface, its parameter rectangle and an oriented box that holds it.
 #[derive(Clone, Debug)]
@@ -89,9 +98,9 @@ struct Net {
 }
 
 impl Net {
-    /// The net of the piece of `surface` on the knot spans `spans`, restricted to `rectangle` inside them.
-    fn new(surface: &SplineSurface, spans: [usize; 2], rectangle: &Rectangle) -> Self {
-        let (knots_u, knots_v) = (surface.knots_u(), surface.knots_v());
+    /// The net of the piece of a surface on the knot spans `spans`, restricted to `rectangle` inside them.
+    fn new(control: &Control<'_>, spans: [usize; 2], rectangle: &Rectangle) -> Self {
+        let [knots_u, knots_v] = control.knots;
         let (p, q) = (knots_u.degree(), knots_v.degree());
         let [(u0, u1), (v0, v1)] = *rectangle;
         let (rows_u, rows_v) = (knots_u.bezier_rows(spans[0], u0, u1), knots_v.bezier_rows(spans[1], v0, v1));
@@ -102,8 +111,8 @@ impl Net {
                 for (a, row_share) in row.iter().enumerate().take(p + 1) {
                     let start = (spans[0] - p + a) * knots_v.controls() + spans[1] - q;
                     for (b, column_share) in column.iter().enumerate().take(q + 1) {
-                        let w = surface.weights().map_or(1.0, |w| w[start + b]) * row_share * column_share;
-                        sum += surface.control()[start + b].coords * w;
+                        let w = control.weights.map_or(1.0, |w| w[start + b]) * row_share * column_share;
+                        sum += control.points[start + b].coords * w;
                         weight += w;
                     }
                 }
@@ -200,18 +209,18 @@ struct Legs {
 }
 
 impl PatchTree {
-    pub(super) fn new(surface: &SplineSurface) -> Self {
+    pub(super) fn new(control: &Control<'_>) -> Self {
         let mut patches = Vec::new();
         let mut boxes = Vec::new();
-        for (span_u, u) in pieces(surface.knots_u()) {
-            for (span_v, v) in pieces(surface.knots_v()) {
-                divide(surface, [span_u, span_v], [u, v], MAX_HALVINGS, &mut |net, patch| {
+        for (span_u, u) in pieces(control.knots[0]) {
+            for (span_v, v) in pieces(control.knots[1]) {
+                divide(control, [span_u, span_v], [u, v], MAX_HALVINGS, &mut |net, patch| {
                     patches.push(patch);
                     boxes.push(Aabb::around(net.points()));
                 });
             }
         }
-        let scale = surface.bounds().diagonal();
+        let scale = Aabb::around(control.points).diagonal();
         Self { tree: Bvh::new(&boxes), patches, scale }
     }
 
@@ -234,16 +243,16 @@ fn pieces(knots: &Knots) -> impl Iterator<Item = (usize, (f64, f64))> {
 
 /// Halves a piece across the direction in which its net turns more, until it is nearly flat.
 fn divide(
-    surface: &SplineSurface,
+    control: &Control<'_>,
     spans: [usize; 2],
     rectangle: Rectangle,
     halvings: usize,
     keep: &mut impl FnMut(&Net, Patch),
 ) {
-    let net = Net::new(surface, spans, &rectangle);
+    let net = Net::new(control, spans, &rectangle);
     let legs = [net.legs(0), net.legs(1)];
     if halvings == 0 || legs[0].cosine.min(legs[1].cosine) >= LEG_TURN {
-        keep(&net, Patch::around(&net, &legs, rectangle, surface.weights().is_some()));
+        keep(&net, Patch::around(&net, &legs, rectangle, control.weights.is_some()));
         return;
     }
     let across = usize::from(legs[1].cosine < legs[0].cosine);
@@ -252,6 +261,6 @@ fn divide(
     for half in [(low, middle), (middle, high)] {
         let mut part = rectangle;
         part[across] = half;
-        divide(surface, spans, part, halvings - 1, keep);
+        divide(control, spans, part, halvings - 1, keep);
     }
 }

@@ -4,7 +4,7 @@
 
 use super::bvh::Aabb;
 use super::knots::{Basis, KnotError, Knots};
-use super::patch::PatchTree;
+use super::patch::{Control, PatchTree};
 use super::{Direction, Point, RigidMotion, Vector};
 use std::sync::OnceLock;
 
@@ -203,7 +203,9 @@ impl SplineSurface {
 
     /// The search tree, built at first use.
     pub(super) fn tree(&self) -> &PatchTree {
-        self.tree.get_or_init(|| PatchTree::new(self))
+        let knots = [&self.knots_u, &self.knots_v];
+        let control = Control { knots, points: &self.control, weights: self.weights.as_deref() };
+        self.tree.get_or_init(|| PatchTree::new(&control))
     }
 
     /// Derivatives of mixed order up to two in each parameter; of total order above two only when `FULL`.

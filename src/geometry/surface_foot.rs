@@ -1,7 +1,7 @@
 //! Closest points on B-spline surfaces: a tree over the Bezier patches, then Newton's method on the two orthogonality
 //! equations (S - p)·Su = 0 and (S - p)·Sv = 0. Uses `surface`, `bvh` and `patch`.
 
-use super::patch::Patch;
+use super::patch::{Patch, Rectangle};
 use super::surface::{SplineSurface, SurfaceJet};
 use super::{Point, Vector};
 
@@ -41,9 +41,6 @@ pub struct SurfaceFoot {
     /// The edge or corner that the point asked for lies beyond; none when the foot is perpendicular and inside.
     pub past_edge: Option<Boundary>,
 }
-
-/// A parameter rectangle, `[(u low, u high), (v low, v high)]`.
-pub(super) type Rectangle = [(f64, f64); 2];
 
 const EVERYWHERE: Rectangle = [(f64::NEG_INFINITY, f64::INFINITY); 2];
 /// Share of (surface size + distance) by which a foot may miss the perpendicular, in mm along the surface.

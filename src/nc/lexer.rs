@@ -2,7 +2,6 @@
 //! going on behind each. Uses `diagnostic`.
 
 use super::block::{Block, Blocks, Word};
-use super::dialect::Lexical;
 use super::finding::{Finding, FindingCode};
 use super::number::{Decimal, decimal};
 use nom::branch::alt;
@@ -12,6 +11,17 @@ use nom::combinator::{map, opt, recognize, value};
 use nom::sequence::{delimited, pair, preceded};
 use nom::{IResult, Parser};
 use std::ops::Range;
+
+/// How a dialect's text is cut into words.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Lexical {
+    /// Digits of one number may stand apart.
+    pub(super) blanks_in_numbers: bool,
+    /// `;` begins a comment.
+    pub(super) semicolon_comments: bool,
+    /// Longest block the control takes, where that is known.
+    pub(super) max_block_length: Option<usize>,
+}
 
 /// Complaints kept for one block; then the rest of it is skipped.
 const COMPLAINTS_PER_BLOCK: usize = 8;

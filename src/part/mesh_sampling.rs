@@ -1,6 +1,6 @@
 //! Samples of a mesh: its triangles cut until their sides are short enough, neighbours alike.
 
-use super::design_surface::{OutwardNormal, SampleGrid, SurfacePlace, SurfaceSample};
+use super::sample::{OutwardNormal, SampleGrid, SurfacePlace, SurfaceSample};
 use crate::geometry::{Direction, TriangleMesh, Vector};
 use std::collections::HashMap;
 

@@ -6,11 +6,13 @@ mod fit;
 mod mesh_sampling;
 mod oriented_spline;
 mod read;
+mod sample;
 
-pub use design_surface::{DesignSurface, Foot, OutwardNormal, SampleGrid, SplineForm, SurfacePlace, SurfaceSample};
+pub use design_surface::{DesignSurface, SplineForm};
 pub use facing::Facing;
 pub use oriented_spline::{IrregularSurface, OrientedSpline};
 pub use read::{ReadOptions, Units, read, require_closed};
+pub use sample::{Foot, OutwardNormal, SampleGrid, SurfacePlace, SurfaceSample};
 
 /// What is to be made, and what must not be touched.
 #[derive(Clone, Debug)]

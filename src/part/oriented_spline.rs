@@ -1,6 +1,6 @@
 //! A regular B-spline surface that knows its material side.
 
-use super::design_surface::{Foot, OutwardNormal, SampleGrid, SurfacePlace, SurfaceSample};
+use super::sample::{Foot, OutwardNormal, SampleGrid, SurfacePlace, SurfaceSample};
 use crate::geometry::{Direction, Knots, Point, RigidMotion, SplineSurface, SurfaceJet, Vector};
 
 /// A B-spline surface with a normal everywhere, and the side on which the tool is.

@@ -4,7 +4,7 @@
 //! each turned by some of the joints. Joints of total rate W turn a vector of length r that itself moves with speed v
 //! and acceleration a; the sum's second derivative is then at most W^2 r + 2 W v + a.
 
-use super::tool_motion::{Path, Segment};
+use super::segment::{Path, Segment};
 use crate::geometry::{Point, Vector};
 use crate::machine::{AxisZero, Carrier, Machine, RotaryAxis, Setup};
 use nalgebra::Matrix3;

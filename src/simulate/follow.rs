@@ -3,7 +3,8 @@
 
 use super::arc::Arc;
 use super::duration::feed_duration;
-use super::tool_motion::{Path, Segment, SegmentKind, ToolMotion};
+use super::segment::{Path, Segment, SegmentKind};
+use super::tool_motion::ToolMotion;
 use crate::diagnostic::Severity;
 use crate::geometry::{Point, Vector};
 use crate::machine::{AxisPosition, AxisZero, Dialect, Interpolation, ProgramWords, Setup};

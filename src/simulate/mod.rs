@@ -6,6 +6,7 @@ mod arc;
 mod bound;
 mod duration;
 mod follow;
+mod segment;
 mod statistics;
 #[cfg(test)]
 mod tests;
@@ -13,5 +14,6 @@ mod tool_motion;
 
 pub use arc::Arc;
 pub use follow::simulate;
+pub use segment::{Path, Segment, SegmentKind};
 pub use statistics::{AxisReport, AxisStatistics, LimitKind, LimitViolation};
-pub use tool_motion::{Path, Segment, SegmentKind, ToolMotion};
+pub use tool_motion::ToolMotion;

@@ -1,6 +1,7 @@
 //! What a motion asks of each axis, and where that is more than it can. Uses `machine`.
 
-use super::tool_motion::{Path, Segment, SegmentKind, ToolMotion};
+use super::segment::{Path, Segment, SegmentKind};
+use super::tool_motion::ToolMotion;
 use crate::machine::Travel;
 
 /// What kind of limit is passed.

@@ -1,7 +1,8 @@
 //! Where the tool touches what it must not: shank and holder against what the flutes leave, any part of the tool against
 //! check surfaces, rapids against material. Uses `part`, `tool` and the other files of this module.
 
-use super::deviation::{PartDeviation, ray_of};
+use super::deviation::PartDeviation;
+use super::measured::ray_of;
 use super::motion_tree::{BlockMotion, Instant};
 use super::ray::NormalRay;
 use super::strips::Runs;

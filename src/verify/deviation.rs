@@ -1,29 +1,13 @@
 //! What is left on the part's whole region: deviation at samples, refined between them around the extremes, and shares
 //! by area. Uses `part` and the other files of this module.
 
+use super::measured::{MeasuredSample, edges, measure_samples};
 use super::motion_tree::BlockMotion;
-use super::ray::NormalRay;
 use super::refine::{Refinement, Side};
 use super::sweep::Sweep;
-use super::swept::{Touch, Window};
+use super::swept::Window;
 use crate::part::{DesignSurface, SampleGrid, SurfaceSample};
 use std::collections::BTreeMap;
-
-/// A sample of the part and the lowest point that any cutting move reaches on its normal; `None` where it is uncut.
-#[derive(Clone, Copy, Debug)]
-pub struct MeasuredSample {
-    /// Where.
-    pub sample: SurfaceSample,
-    /// What cut it.
-    pub touch: Option<Touch>,
-}
-
-impl MeasuredSample {
-    /// Signed deviation, mm: positive where material is left.
-    pub fn deviation(&self) -> Option<f64> {
-        self.touch.map(|t| t.depth)
-    }
-}
 
 /// The measured part.
 #[derive(Clone, Debug)]
@@ -90,20 +74,6 @@ impl PartDeviation {
     }
 }
 
-pub(super) fn measure_samples<M: BlockMotion>(
-    sweep: &Sweep<'_, M>,
-    samples: Vec<SurfaceSample>,
-) -> Vec<MeasuredSample> {
-    let rays: Vec<NormalRay> = samples.iter().map(ray_of).collect();
-    let touches = sweep.lowest_all(&rays, |_| f64::INFINITY);
-    samples.into_iter().zip(touches).map(|(sample, touch)| MeasuredSample { sample, touch }).collect()
-}
-
-/// The normal of the part at a sample.
-pub(super) fn ray_of(sample: &SurfaceSample) -> NormalRay {
-    NormalRay { origin: sample.point, normal: sample.normal.0 }
-}
-
 /// Moves the samples on the region's edge a little into a triangle of theirs.
 fn draw_in_border(surface: &DesignSurface, grid: &mut SampleGrid, border: f64) {
     let mut uses: BTreeMap<(u32, u32), u32> = BTreeMap::new();
@@ -143,12 +113,6 @@ fn draw_in_border(surface: &DesignSurface, grid: &mut SampleGrid, border: f64) {
     for (vertex, sample) in moved {
         grid.samples[vertex] = sample;
     }
-}
-
-/// The sides of a triangle.
-pub(super) fn edges(triangle: &[u32; 3]) -> [(u32, u32); 3] {
-    let [a, b, c] = *triangle;
-    [(a, b), (b, c), (c, a)]
 }
 
 fn vertex_areas(grid: &SampleGrid) -> Vec<f64> {

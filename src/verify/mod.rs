@@ -5,6 +5,7 @@ mod body;
 mod contacts;
 mod deviation;
 mod judge;
+mod measured;
 mod motion_tree;
 mod ray;
 mod record;
@@ -15,8 +16,9 @@ mod sweep;
 mod swept;
 
 pub use contacts::{Contact, Obstacle, ToolBody};
-pub use deviation::{MeasuredSample, PartDeviation};
+pub use deviation::PartDeviation;
 pub use judge::{Settings, Subject, Verified, verify};
+pub use measured::MeasuredSample;
 pub use motion_tree::{BlockMotion, Instant};
 pub use ray::NormalRay;
 pub use record::{

@@ -4,7 +4,7 @@
 //! deviation bends at the scale of a triangle; a crease halves its bend with each split, a smooth surface quarters it,
 //! so half is what is counted on.
 
-use super::deviation::{MeasuredSample, edges, measure_samples};
+use super::measured::{MeasuredSample, edges, measure_samples};
 use super::motion_tree::BlockMotion;
 use super::sweep::Sweep;
 use super::swept::Window;

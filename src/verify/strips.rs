@@ -1,6 +1,7 @@
 //! Which pass cut what, and how neighbouring strips meet. Uses `part`, `motion` and the other files of this module.
 
-use super::deviation::{MeasuredSample, PartDeviation, ray_of};
+use super::deviation::PartDeviation;
+use super::measured::{MeasuredSample, ray_of};
 use super::motion_tree::BlockMotion;
 use super::sweep::Sweep;
 use super::swept::Touch;

@@ -5,19 +5,9 @@ mod linuxcnc;
 
 use super::code::{GCode, MCode};
 use super::feed_rules::FeedRules;
+use super::lexer::Lexical;
 use super::program::AxisSet;
 use crate::machine::{Dialect, DialectOptions, Machine};
-
-/// How a dialect's text is cut into words.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct Lexical {
-    /// Digits of one number may stand apart.
-    pub(super) blanks_in_numbers: bool,
-    /// `;` begins a comment.
-    pub(super) semicolon_comments: bool,
-    /// Longest block the control takes, where that is known.
-    pub(super) max_block_length: Option<usize>,
-}
 
 /// How a control understands programs.
 #[derive(Clone, Debug)]
