@@ -1,5 +1,7 @@
 //! The program as its users meet it: commands, files, exit statuses, messages.
 
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
+
 #[path = "cli_commands/bad_input.rs"]
 mod bad_input;
 #[path = "cli_commands/good_input.rs"]
