@@ -48,9 +48,9 @@ pub struct SquareMap {
 }
 
 /// Share of the boundary's length over which its turning is gathered when corners are looked for.
-const CORNER_WINDOW: f64 = 0.02;
+const CORNER_WINDOW: f64 = 0.01;
 /// Share of the boundary's length that lies between two corners at least.
-const CORNER_DISTANCE: f64 = 0.04;
+const CORNER_DISTANCE: f64 = 0.015;
 
 /// Maps the mesh so that its normal is the direction of Su × Sv, and u runs along the longer sides. The corners are the
 /// four places where the boundary turns most; the boundary is mapped by its length, the inside by mean value coordinates.
@@ -274,6 +274,13 @@ mod tests {
             assert!((flat.x / 3.0 - u).abs() < 1e-9 && (flat.y / 2.0 - v).abs() < 1e-9, "{flat} {u} {v}");
         }
         assert!((map.side_lengths[0] - 3.0).abs() < 1e-12 && (map.side_lengths[1] - 2.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn the_four_corners_of_a_narrow_strip_are_found() {
+        // Sides 1 : 30, with the long ones bent and one corner blunt.
+        let mesh = sheet(60, 5, |x, y| Point::new(20.0 * x + y * (x / 3.0).powi(8), y + 4.0 * x.sin(), 0.3 * x * y));
+        assert_eq!(map_to_square(&mesh).unwrap().corners, [0, 295, 299, 4]);
     }
 
     #[test]

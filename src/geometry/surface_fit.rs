@@ -28,41 +28,26 @@ pub fn fit_surface(points: &[FitPoint], controls: [usize; 2], smoothing: f64) ->
     let knots = [Knots::clamped_uniform(3, controls[0]).ok()?, Knots::clamped_uniform(3, controls[1]).ok()?];
     let [rows, columns] = controls;
     let count = rows * columns;
-    let mut normal = Lower { triplets: Vec::with_capacity(points.len() * 136) };
+    let mut normal = Normal::new(rows, columns);
     let mut right = Mat::<f64>::zeros(count, 3);
     let mut influence = 0.0;
     for FitPoint { parameters: [u, v], point, weight } in points {
         let (bu, bv) = (knots[0].basis(u.clamp(0.0, 1.0)), knots[1].basis(v.clamp(0.0, 1.0)));
-        let mut row = [(0, 0.0); 16];
+        let mut row = [([0; 2], 0.0); 16];
         for (k, entry) in row.iter_mut().enumerate() {
             let (i, j) = (k / 4, k % 4);
-            *entry = ((bu.first + i) * columns + bv.first + j, bu.ders[0][i] * bv.ders[0][j]);
+            *entry = ([bu.first + i, bv.first + j], bu.ders[0][i] * bv.ders[0][j]);
         }
         normal.add(&row, *weight);
-        for (index, value) in row {
+        for ([i, j], value) in row {
             influence += weight * value * value;
             for axis in 0..3 {
-                right[(index, axis)] += weight * value * point[axis];
+                right[(i * columns + j, axis)] += weight * value * point[axis];
             }
         }
     }
-    let stiffness = smoothing * influence / count as f64;
-    for i in 0..rows {
-        for j in 0..columns {
-            let at = |a: usize, b: usize| a * columns + b;
-            if i + 2 < rows {
-                normal.add(&[(at(i, j), 1.0), (at(i + 1, j), -2.0), (at(i + 2, j), 1.0)], stiffness);
-            }
-            if j + 2 < columns {
-                normal.add(&[(at(i, j), 1.0), (at(i, j + 1), -2.0), (at(i, j + 2), 1.0)], stiffness);
-            }
-            if i + 1 < rows && j + 1 < columns {
-                let twist = [(at(i, j), 1.0), (at(i + 1, j), -1.0), (at(i, j + 1), -1.0), (at(i + 1, j + 1), 1.0)];
-                normal.add(&twist, stiffness);
-            }
-        }
-    }
-    let matrix = SparseColMat::<usize, f64>::try_new_from_triplets(count, count, &normal.triplets).ok()?;
+    normal.smooth(smoothing * influence / count as f64);
+    let matrix = SparseColMat::<usize, f64>::try_new_from_triplets(count, count, &normal.triplets()).ok()?;
     matrix.sp_cholesky(Side::Lower).ok()?.solve_in_place(right.as_mut());
     let control = (0..rows)
         .map(|i| (0..columns).map(|j| Point::from(Vector::from_fn(|axis, _| right[(i * columns + j, axis)]))).collect())
@@ -71,20 +56,63 @@ pub fn fit_surface(points: &[FitPoint], controls: [usize; 2], smoothing: f64) ->
     SplineSurface::new([3, 3], [knots_u, knots_v], control, None).ok()
 }
 
-/// Lower triangle of a sum of weighted outer products.
-struct Lower {
-    triplets: Vec<Triplet<usize, usize, f64>>,
+/// Lower triangle of a sum of weighted outer products of rows that each touch a block of at most 4 x 4 control points:
+/// per control point, the entries with those up to three rows before it and three columns to either side.
+struct Normal {
+    rows: usize,
+    columns: usize,
+    stencils: Vec<[[f64; 7]; 4]>,
 }
 
-impl Lower {
-    fn add(&mut self, row: &[(usize, f64)], weight: f64) {
-        for (i, a) in row {
-            for (j, b) in row {
-                if i >= j {
-                    self.triplets.push(Triplet::new(*i, *j, weight * a * b));
+impl Normal {
+    fn new(rows: usize, columns: usize) -> Self {
+        Self { rows, columns, stencils: vec![[[0.0; 7]; 4]; rows * columns] }
+    }
+
+    fn add(&mut self, row: &[([usize; 2], f64)], weight: f64) {
+        for ([i, j], a) in row {
+            let stencil = &mut self.stencils[i * self.columns + j];
+            for ([k, l], b) in row {
+                if (k, l) <= (i, j) {
+                    stencil[i - k][l + 3 - j] += weight * a * b;
                 }
             }
         }
+    }
+
+    /// Second differences along rows, along columns and across.
+    fn smooth(&mut self, stiffness: f64) {
+        for i in 0..self.rows {
+            for j in 0..self.columns {
+                if i + 2 < self.rows {
+                    self.add(&[([i, j], 1.0), ([i + 1, j], -2.0), ([i + 2, j], 1.0)], stiffness);
+                }
+                if j + 2 < self.columns {
+                    self.add(&[([i, j], 1.0), ([i, j + 1], -2.0), ([i, j + 2], 1.0)], stiffness);
+                }
+                if i + 1 < self.rows && j + 1 < self.columns {
+                    let (low, high) =
+                        ([([i, j], 1.0), ([i, j + 1], -1.0)], [([i + 1, j], -1.0), ([i + 1, j + 1], 1.0)]);
+                    self.add(&[low[0], low[1], high[0], high[1]], stiffness);
+                }
+            }
+        }
+    }
+
+    fn triplets(&self) -> Vec<Triplet<usize, usize, f64>> {
+        let mut triplets = Vec::with_capacity(self.stencils.len() * 25);
+        for (index, stencil) in self.stencils.iter().enumerate() {
+            let (i, j) = (index / self.columns, index % self.columns);
+            for (back, line) in stencil.iter().enumerate().take(i + 1) {
+                for (place, value) in line.iter().enumerate() {
+                    let column = (j + place).checked_sub(3).filter(|l| *l < self.columns && (back > 0 || *l <= j));
+                    if let Some(l) = column {
+                        triplets.push(Triplet::new(index, (i - back) * self.columns + l, *value));
+                    }
+                }
+            }
+        }
+        triplets
     }
 }
 

@@ -4,7 +4,7 @@
 use super::oriented_spline::OrientedSpline;
 use crate::diagnostic::{Diagnostic, Result};
 use crate::geometry::{
-    FitPoint, ParametrizeError, Point, SplineSurface, SquareMap, TriangleMesh, fit_surface, map_to_square,
+    FitPoint, ParametrizeError, Point, SplineSurface, SquareMap, TriangleMesh, Vector, fit_surface, map_to_square,
 };
 
 /// Share of the mesh's size that counts as met.
@@ -13,36 +13,25 @@ const GOOD_ENOUGH: f64 = 1e-6;
 const SMOOTHING: f64 = 1e-7;
 /// Weight of a boundary vertex, which has data on one side only.
 const BOUNDARY_WEIGHT: f64 = 4.0;
-/// Times the parameters are moved to the feet of their points.
-const CORRECTIONS: usize = 3;
 /// Control points along one side at most.
 const MOST_CONTROLS: usize = 60;
+/// Share of the number of vertices that the number of control points does not pass, so that the fit stays smooth.
+const CONTROLS_PER_VERTEX: f64 = 0.6;
+/// Refinements of the net at most; from 4 to 60 control points both ways takes fewer.
+const MOST_REFINEMENTS: usize = 40;
 
 /// The fitted spline and its largest distance from the mesh's vertices and the middles of its edges and triangles, mm.
 pub(super) fn spline_of_mesh(mesh: &TriangleMesh) -> Result<(OrientedSpline, f64)> {
     let map = map_to_square(mesh).map_err(|error| refused(&error))?;
-    let scale = mesh.bounds().diagonal();
-    let broken = || {
-        Diagnostic::error("no smooth surface can be laid through the mesh for planning")
-            .help("give the surface as a .json spline or a .csv grid, or remesh it with even triangles")
-    };
-    let mut best: Option<(SplineSurface, f64)> = None;
-    for controls in ladder(mesh, &map) {
-        let Some((surface, error)) = fitted(mesh, &map, controls) else {
-            continue;
-        };
-        let better = best.as_ref().is_none_or(|(_, least)| error < *least);
-        if better {
-            best = Some((surface, error));
-        }
-        if error <= GOOD_ENOUGH * scale {
-            break;
-        }
-    }
-    let (surface, _) = best.ok_or_else(broken)?;
+    let surface = fitted(mesh, &map).ok_or_else(broken)?;
     let error = largest_distance(mesh, &surface);
     let spline = OrientedSpline::new(surface, false).map_err(|_| broken())?;
     Ok((spline, error))
+}
+
+fn broken() -> Box<Diagnostic> {
+    Diagnostic::error("no smooth surface can be laid through the mesh for planning")
+        .help("give the surface as a .json spline or a .csv grid, or remesh it with even triangles")
 }
 
 fn refused(error: &ParametrizeError) -> Box<Diagnostic> {
@@ -58,27 +47,11 @@ fn refused(error: &ParametrizeError) -> Box<Diagnostic> {
     Diagnostic::error(format!("the mesh cannot be planned on: {error}; a patch with four edges is needed")).help(help)
 }
 
-/// Numbers of control points to try, coarse to fine, in proportion to the sides, fewer than there are vertices.
-fn ladder(mesh: &TriangleMesh, map: &SquareMap) -> Vec<[usize; 2]> {
-    let [long, short] = map.side_lengths;
-    let aspect = (long / short).clamp(1.0, 8.0);
-    let vertices = mesh.vertices().len() as f64;
-    let mut steps: Vec<[usize; 2]> = Vec::new();
-    let mut across = 4.0f64;
-    loop {
-        let along = (across * aspect.sqrt()).min(MOST_CONTROLS as f64);
-        let controls = [along.round() as usize, across.round() as usize];
-        let too_many = (controls[0] * controls[1]) as f64 > 0.6 * vertices || across > MOST_CONTROLS as f64;
-        if too_many && !steps.is_empty() {
-            return steps;
-        }
-        steps.push(controls);
-        across *= 1.4;
-    }
-}
-
-/// Fits, moves the parameters to the feet, and fits again; the error is the largest distance of a vertex.
-fn fitted(mesh: &TriangleMesh, map: &SquareMap, controls: [usize; 2]) -> Option<(SplineSurface, f64)> {
+/// Fits coarse to fine until the vertices are met or the vertices do not carry more control points. After each fit the
+/// parameters move to the feet of their points, which makes the next one closer at the same size.
+fn fitted(mesh: &TriangleMesh, map: &SquareMap) -> Option<SplineSurface> {
+    let good_enough = GOOD_ENOUGH * mesh.bounds().diagonal();
+    let most = (CONTROLS_PER_VERTEX * mesh.vertices().len() as f64) as usize;
     let mut points: Vec<FitPoint> = mesh
         .vertices()
         .iter()
@@ -89,23 +62,77 @@ fn fitted(mesh: &TriangleMesh, map: &SquareMap, controls: [usize; 2]) -> Option<
         points[*vertex as usize].weight = BOUNDARY_WEIGHT;
     }
     let mut best: Option<(SplineSurface, f64)> = None;
-    for _ in 0..=CORRECTIONS {
+    let mut controls = [4, 4];
+    for _ in 0..MOST_REFINEMENTS {
         let surface = fit_surface(&points, controls, SMOOTHING)?;
-        let mut error = 0.0f64;
-        for point in &mut points {
-            let foot = surface.closest(&point.point);
-            error = error.max(foot.distance);
-            let [u, v] = point.parameters;
-            // A boundary vertex keeps to its edge, a corner stays.
-            let on_edge = |x: f64| x == 0.0 || x == 1.0;
-            point.parameters = [if on_edge(u) { u } else { foot.u }, if on_edge(v) { v } else { foot.v }];
+        let (moved, error) = moved_to_feet(&surface, &points, map);
+        // Fitted again where the parameters belong, which is kept when it is closer.
+        let again = fit_surface(&moved, controls, SMOOTHING)?;
+        let (moved_again, less) = moved_to_feet(&again, &moved, map);
+        let (surface, error) = if less < error {
+            points = moved_again;
+            (again, less)
+        } else {
+            (surface, error)
+        };
+        let next = refined(controls, &surface);
+        if best.as_ref().is_none_or(|(_, least)| error < *least) {
+            best = Some((surface, error));
         }
-        if best.as_ref().is_some_and(|(_, least)| error >= *least) {
-            break;
+        match next {
+            Some(next) if error > good_enough && next[0] * next[1] <= most => controls = next,
+            _ => break,
         }
-        best = Some((surface, error));
     }
-    best
+    best.map(|(surface, _)| surface)
+}
+
+/// The points with each parameter moved toward the foot of its point, by half a span at most; a boundary vertex keeps to
+/// its edge, a corner stays. And the largest distance of a point from the surface there.
+fn moved_to_feet(surface: &SplineSurface, points: &[FitPoint], map: &SquareMap) -> (Vec<FitPoint>, f64) {
+    let mut largest = 0.0f64;
+    let spans = [surface.knots_u(), surface.knots_v()].map(|knots| (knots.controls() - 3) as f64);
+    let moved = points
+        .iter()
+        .zip(&map.parameters)
+        .map(|(point, mapped)| {
+            let [u, v] = point.parameters;
+            let foot = surface.closest_from(&point.point, (u, v));
+            let toward = |mapped: f64, from: f64, to: f64, spans: f64| {
+                let on_edge = mapped == 0.0 || mapped == 1.0;
+                if on_edge { mapped } else { to.clamp(from - 0.5 / spans, from + 0.5 / spans).clamp(0.0, 1.0) }
+            };
+            let parameters = [toward(mapped[0], u, foot.u, spans[0]), toward(mapped[1], v, foot.v, spans[1])];
+            largest = largest.max((surface.point(parameters[0], parameters[1]) - point.point).norm());
+            FitPoint { parameters, ..*point }
+        })
+        .collect();
+    (moved, largest)
+}
+
+/// A third more control points where the net is rougher: along u, along v, or both when they are alike (fourth
+/// differences of the net are what a cubic cannot follow); none when that side is at its limit.
+fn refined([rows, columns]: [usize; 2], surface: &SplineSurface) -> Option<[usize; 2]> {
+    let (net_rows, net_columns) = (surface.knots_u().controls(), surface.knots_v().controls());
+    let at = |i: usize, j: usize| surface.control()[i * net_columns + j].coords;
+    let rough = |count: usize, lines: usize, point: &dyn Fn(usize, usize) -> Vector| {
+        let mut most = 0.0f64;
+        for line in 0..lines {
+            for k in 4..count {
+                let [a, b, c, d, e] = [4, 3, 2, 1, 0].map(|back| point(k - back, line));
+                most = most.max((a - b * 4.0 + c * 6.0 - d * 4.0 + e).norm());
+            }
+        }
+        most
+    };
+    let along_u = rough(net_rows, net_columns, &|k, line| at(k, line));
+    let along_v = rough(net_columns, net_rows, &|k, line| at(line, k));
+    let more = |count: usize| (count + count.div_ceil(3)).min(MOST_CONTROLS);
+    let next = [
+        if 2.0 * along_u >= along_v { more(rows) } else { rows },
+        if 2.0 * along_v >= along_u { more(columns) } else { columns },
+    ];
+    (next != [rows, columns]).then_some(next)
 }
 
 /// Distance of the spline from the mesh: at its vertices, and in the middles of its edges and triangles.

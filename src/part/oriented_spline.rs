@@ -229,38 +229,41 @@ fn check_regular(surface: &SplineSurface) -> Result<(), IrregularSurface> {
         if vanished || jet.su.cross(&jet.sv).norm() <= PARALLEL * lengths {
             return Err(IrregularSurface::Pole { u, v });
         }
+        let cross = jet.su.cross(&jet.sv);
+        let before = |step: usize, place: (f64, f64)| {
+            let other = &jets[index - step];
+            check_fold(surface, (place, other.su.cross(&other.sv)), ((u, v), cross))
+        };
         if i > 0 {
-            check_fold(surface, (us[i - 1], v), (u, v))?;
+            before(columns, (us[i - 1], v))?;
         }
         if j > 0 {
-            check_fold(surface, (u, vs[j - 1]), (u, v))?;
+            before(1, (u, vs[j - 1]))?;
         }
     }
     Ok(())
 }
 
+/// Parameters and Su × Sv there.
+type Place = ((f64, f64), Vector);
+
 /// Follows the normal between neighbours: where it turns to the other side within any distance, the surface folds; where
 /// it only turns fast, halving finds it turning less.
-fn check_fold(surface: &SplineSurface, from: (f64, f64), to: (f64, f64)) -> Result<(), IrregularSurface> {
-    let cross = |(u, v): (f64, f64)| {
-        let jet = surface.jet(u, v);
-        jet.su.cross(&jet.sv)
-    };
-    let (mut a, mut b) = (from, to);
-    let (mut normal_a, mut normal_b) = (cross(a), cross(b));
+fn check_fold(surface: &SplineSurface, mut a: Place, mut b: Place) -> Result<(), IrregularSurface> {
     for _ in 0..30 {
-        if normal_a.dot(&normal_b) > 0.0 {
+        if a.1.dot(&b.1) > 0.0 {
             return Ok(());
         }
-        let middle = ((a.0 + b.0) / 2.0, (a.1 + b.1) / 2.0);
-        let normal = cross(middle);
-        if normal_a.dot(&normal) > 0.0 {
-            (a, normal_a) = (middle, normal);
+        let middle = ((a.0.0 + b.0.0) / 2.0, (a.0.1 + b.0.1) / 2.0);
+        let jet = surface.jet(middle.0, middle.1);
+        let normal = jet.su.cross(&jet.sv);
+        if a.1.dot(&normal) > 0.0 {
+            a = (middle, normal);
         } else {
-            (b, normal_b) = (middle, normal);
+            b = (middle, normal);
         }
     }
-    Err(IrregularSurface::Fold { u: b.0, v: b.1 })
+    Err(IrregularSurface::Fold { u: b.0.0, v: b.0.1 })
 }
 
 #[cfg(test)]
