@@ -63,8 +63,9 @@ fn compare(
     for (block, share) in run.iter().flat_map(|b| [(*b, 0.0), (*b, 0.5), (*b, 1.0)]) {
         let pose = motion.pose(block, share);
         last = nearest_from(&pose, &poses, last, flute_length);
-        // Table pose k joins the places k - 1 and k.
-        let candidates = [last.checked_sub(1), Some(last)].into_iter().flatten().filter_map(|k| places.get(k));
+        // Table pose k joins the places k - 1 and k; where passes meet, one of them has no length and its other
+        // neighbour counts too.
+        let candidates = (last.saturating_sub(2)..=last + 1).filter_map(|k| places.get(k));
         let best = candidates
             .filter_map(|place| nearest_in(&pose, place, flute_length).map(|near| (near, place)))
             .min_by(|a, b| a.0.1.total_cmp(&b.0.1));

@@ -19,6 +19,8 @@ fn run_writes_path_program_figures_and_report() {
     assert_eq!(verdict["version"], 1);
     assert_eq!(verdict["verdict"], "pass");
     assert!(verdict["deviation"]["overcut_max_mm"].as_f64().unwrap() <= 0.01);
+    // The program keeps within a tenth of the tolerance of the path, the flank's ends included.
+    assert!(verdict["round_trip"]["tip_max_mm"].as_f64().unwrap() <= 0.001, "{}", verdict["round_trip"]);
     assert!(shop.read("made/here/report.html").starts_with("<!doctype html>"));
 }
 
