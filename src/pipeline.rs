@@ -7,7 +7,7 @@ mod stages;
 
 pub use inputs::{InputFile, Inputs, hash, machine_of_job};
 pub use inspect::{
-    AxisSummary, Control, Extent, FindingSummary, MotionSummary, MoveCounts, PartSummary, ProgramSummary, inspect_part,
+    Control, Extent, FindingSummary, MotionSummary, MoveCounts, PartSummary, ProgramSummary, inspect_part,
     inspect_program, to_json,
 };
 pub use page::page;

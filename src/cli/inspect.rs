@@ -97,9 +97,13 @@ fn describe_program(summary: &ProgramSummary) -> String {
         let _ = writeln!(text, "words {letter}     {:.4} to {:.4}", extent.min, extent.max);
     }
     if let (Some(machine), Some(motion)) = (&summary.machine, &summary.motion) {
-        let _ = writeln!(text, "on {machine}: {:.1} s, {:.1} mm at a feed", motion.duration_s, motion.cut_length_mm);
+        let _ = writeln!(
+            text,
+            "on {machine}: {:.1} s, {:.1} mm at a feed",
+            motion.program.duration_s, motion.program.cut_length_mm
+        );
         for (letter, axis) in &motion.axes {
-            let unit = if letter.is_ascii_uppercase() && "ABC".contains(*letter) { "deg" } else { "mm" };
+            let unit = if "ABC".contains(*letter) { "deg" } else { "mm" };
             let _ = writeln!(
                 text,
                 "axis {letter}      {:.4} to {:.4} {unit}, way {:.1} {unit}, up to {:.2} {unit}/s and {:.1} {unit}/s^2",

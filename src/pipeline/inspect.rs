@@ -7,7 +7,8 @@ use crate::machine::{Dialect, DialectOptions, Machine, Setup};
 use crate::nc::program::{AXIS_LETTERS, Change, Frame, Way};
 use crate::nc::{self, Findings, Program, Rules};
 use crate::part::{DesignSurface, ReadOptions};
-use crate::simulate::{LimitViolation, SegmentKind, ToolMotion, simulate};
+use crate::simulate::{LimitViolation, ToolMotion, simulate};
+use crate::verify::{AxisRecord, ProgramRecord, by_letter};
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -69,29 +70,13 @@ pub struct Extent {
 /// A program on a machine.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct MotionSummary {
-    /// Time of all moves and dwells, s.
-    pub duration_s: f64,
-    /// Way of the tip in the part frame at a feed, mm.
-    pub cut_length_mm: f64,
-    /// Travel, highest speed and acceleration of each axis; mm or degrees, and s.
-    pub axes: BTreeMap<char, AxisSummary>,
+    /// Its size.
+    pub program: ProgramRecord,
+    /// What each axis does, under its letter, in the machine's order.
+    #[serde(serialize_with = "by_letter")]
+    pub axes: Vec<(char, AxisRecord)>,
     /// Every limit that is passed.
     pub limits: Vec<LimitViolation>,
-}
-
-/// What one axis does; mm or degrees, and s.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct AxisSummary {
-    /// Lowest position.
-    pub min: f64,
-    /// Highest position.
-    pub max: f64,
-    /// Length of its way there and back.
-    pub travel: f64,
-    /// Highest mean speed of a feed block.
-    pub max_rate: f64,
-    /// Highest acceleration between two feed blocks.
-    pub max_accel: f64,
 }
 
 /// A finding in a program.
@@ -230,17 +215,7 @@ fn extents(program: &Program) -> BTreeMap<char, Extent> {
 
 fn summarize(motion: &ToolMotion) -> MotionSummary {
     let report = motion.axis_report();
-    let feeds = motion.segments().iter().filter(|segment| segment.kind == SegmentKind::Feed);
-    let axes = report.axes.iter().map(|axis| {
-        let &crate::simulate::AxisStatistics { letter, min, max, travel, max_rate, max_acceleration } = axis;
-        (letter, AxisSummary { min, max, travel, max_rate, max_accel: max_acceleration })
-    });
-    MotionSummary {
-        duration_s: motion.duration(),
-        cut_length_mm: feeds.map(|segment| motion.tip_length(segment)).sum(),
-        axes: axes.collect(),
-        limits: report.limits,
-    }
+    MotionSummary { program: ProgramRecord::of(motion), axes: AxisRecord::all(&report), limits: report.limits }
 }
 
 fn list(findings: &Findings) -> Vec<FindingSummary> {
@@ -332,10 +307,10 @@ mod tests {
         let text = PROGRAM.replace("T3 M6", "T3 M6 G43\nM429");
         let (summary, _) = program(&text, Some(&machine));
         let motion = summary.motion.unwrap();
-        assert_eq!(motion.axes.keys().copied().collect::<Vec<_>>(), ['A', 'C', 'X', 'Y', 'Z']);
-        assert!((motion.axes[&'C'].max - 90.0).abs() < 1e-9);
+        assert_eq!(motion.axes.iter().map(|(letter, _)| *letter).collect::<String>(), "XYZAC");
+        assert!((motion.axes[4].1.max - 90.0).abs() < 1e-9);
         // 60 mm down and 100 mm across at 600 mm/min are 16 s; the arc and the rapid take more.
-        assert!(motion.duration_s > 16.0, "{motion:?}");
+        assert!(motion.program.duration_s > 16.0, "{motion:?}");
     }
 
     #[test]

@@ -15,7 +15,7 @@ use super::swept::Window;
 use crate::diagnostic::Severity;
 use crate::motion::ToolPath;
 use crate::part::Part;
-use crate::simulate::{LimitViolation, SegmentKind, ToolMotion};
+use crate::simulate::{LimitViolation, ToolMotion};
 use crate::tool::{Section, Tool};
 
 /// What is verified against what.
@@ -125,17 +125,10 @@ pub fn verify(subject: &Subject<'_>, settings: &Settings) -> Verified {
             kink_mean_deg: seams.kink_mean_deg,
             gap_max_mm: seams.gap_max,
         },
-        program: program_record(motion),
+        program: ProgramRecord::of(motion),
         round_trip: round_trip
             .map(|r| RoundTripRecord { tip_max_mm: r.tip_max, axis_max_deg: r.axis_max.to_degrees() }),
-        axes: axes
-            .axes
-            .iter()
-            .map(|a| {
-                let (max_rate, max_accel) = (a.max_rate, a.max_acceleration);
-                (a.letter, AxisRecord { min: a.min, max: a.max, travel: a.travel, max_rate, max_accel })
-            })
-            .collect(),
+        axes: AxisRecord::all(&axes),
         limits: axes.limits,
         collisions: contacts.into_sorted().iter().map(|c| collision(motion, c)).collect(),
     };
@@ -161,17 +154,6 @@ fn deviation_record(part: &PartDeviation, tolerance: ToleranceRecord, window: Wi
         uncut_share: part.area_share(|s| s.touch.is_none()),
         window_mm: window.outward.min(window.inward),
         border_mm: part.border,
-    }
-}
-
-fn program_record(motion: &ToolMotion) -> ProgramRecord {
-    let feed = || motion.segments().iter().filter(|s| s.kind == SegmentKind::Feed);
-    let shortest = feed().map(|s| s.duration).filter(|d| *d > 0.0).fold(f64::INFINITY, f64::min);
-    ProgramRecord {
-        blocks: motion.segments().len(),
-        duration_s: motion.duration(),
-        cut_length_mm: feed().fold(0.0, |length, s| length + motion.tip_length(s)),
-        max_block_rate_hz: 1.0 / shortest,
     }
 }
 

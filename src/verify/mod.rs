@@ -23,7 +23,7 @@ pub use motion_tree::{BlockMotion, Instant};
 pub use ray::NormalRay;
 pub use record::{
     AxisRecord, CollisionRecord, DeviationRecord, ProgramRecord, RoundTripRecord, StripsRecord, ToleranceRecord,
-    Verdict, Verification,
+    Verdict, Verification, by_letter,
 };
 pub use strips::Runs;
 pub use swept::{Touch, Window};

@@ -1,6 +1,6 @@
 //! The record of a verification, as it is written to `verify.json`. Uses `simulate` for limits.
 
-use crate::simulate::LimitViolation;
+use crate::simulate::{AxisReport, AxisStatistics, LimitViolation, SegmentKind, ToolMotion};
 use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
 
@@ -141,7 +141,36 @@ pub struct CollisionRecord {
     pub depth_mm: f64,
 }
 
-fn by_letter<S: Serializer>(axes: &[(char, AxisRecord)], serializer: S) -> Result<S::Ok, S::Error> {
+impl ProgramRecord {
+    /// The size of a motion.
+    pub fn of(motion: &ToolMotion) -> Self {
+        let feed = || motion.segments().iter().filter(|s| s.kind == SegmentKind::Feed);
+        let shortest = feed().map(|s| s.duration).filter(|d| *d > 0.0).fold(f64::INFINITY, f64::min);
+        Self {
+            blocks: motion.segments().len(),
+            duration_s: motion.duration(),
+            cut_length_mm: feed().fold(0.0, |length, s| length + motion.tip_length(s)),
+            max_block_rate_hz: 1.0 / shortest,
+        }
+    }
+}
+
+impl AxisRecord {
+    /// Every axis with its letter, in the machine's order.
+    pub fn all(report: &AxisReport) -> Vec<(char, Self)> {
+        let one = |a: &AxisStatistics| {
+            let (max_rate, max_accel) = (a.max_rate, a.max_acceleration);
+            (a.letter, Self { min: a.min, max: a.max, travel: a.travel, max_rate, max_accel })
+        };
+        report.axes.iter().map(one).collect()
+    }
+}
+
+/// Writes the axes as a map from letter to record that keeps their order.
+///
+/// # Errors
+/// Those of the serializer.
+pub fn by_letter<S: Serializer>(axes: &[(char, AxisRecord)], serializer: S) -> Result<S::Ok, S::Error> {
     let mut map = serializer.serialize_map(Some(axes.len()))?;
     for (letter, record) in axes {
         map.serialize_entry(letter, record)?;
