@@ -22,10 +22,19 @@ pub(crate) struct Difference {
     pub(crate) degrees: f64,
 }
 
+/// Nothing to compare with.
+const NOWHERE: Difference = Difference { mm: f64::INFINITY, degrees: f64::INFINITY };
+
 impl Difference {
     fn raise(&mut self, mm: f64, radians: f64) {
+        assert!(!mm.is_nan() && !radians.is_nan());
         self.mm = self.mm.max(mm);
         self.degrees = self.degrees.max(radians.to_degrees());
+    }
+
+    /// One number to choose the nearest by.
+    fn sum(&self) -> f64 {
+        self.mm + self.degrees
     }
 
     /// Whether both are at most `limit`.
@@ -74,6 +83,18 @@ pub(crate) fn joints(setup: &Setup, samples: &[Sample]) -> (Difference, usize) {
     (worst, compared)
 }
 
+/// Largest speed at feed of any joint, from sample to sample, over its top speed. Nobody but the program keeps it: this
+/// controller watches the speeds of its world axes.
+pub(crate) fn fastest_at_feed(setup: &Setup, samples: &[Sample]) -> f64 {
+    let speeds = setup.machine().speeds();
+    let feeding = samples.windows(2).filter(|pair| pair.iter().all(|sample| sample.kind == Kind::Feed));
+    let shares = feeding.flat_map(|pair| {
+        let (from, to) = (pair[0].joints.values(), pair[1].joints.values());
+        std::array::from_fn::<f64, 5, _>(|k| (to[k] - from[k]).abs() / CYCLE / speeds[k])
+    });
+    shares.fold(0.0, f64::max)
+}
+
 /// Largest way of the linear joints while a change of the world position reaches them.
 pub(crate) fn largest_step(samples: &[Sample]) -> f64 {
     let place = |sample: &Sample| Vector::from(sample.joints.linear);
@@ -86,7 +107,8 @@ pub(crate) fn largest_step(samples: &[Sample]) -> f64 {
 pub(crate) struct Way {
     /// Largest distance of a sampled pose from our motion: tip and tool axis.
     pub(crate) off: Difference,
-    /// Largest distance of the end of a block from the nearest sample.
+    /// Largest distance of the end of a block from the chords between samples: the control stops there, or goes straight
+    /// through.
     pub(crate) missed: Difference,
 }
 
@@ -95,28 +117,41 @@ pub(crate) struct Way {
 pub(crate) fn way(motion: &ToolMotion, samples: &[Sample]) -> Way {
     let (setup, segments) = (motion.setup(), motion.segments());
     let mut way = Way::default();
-    let mut missed = vec![Difference { mm: f64::INFINITY, degrees: f64::INFINITY }; segments.len()];
+    let mut missed = vec![NOWHERE; segments.len()];
     let first = segments.first().map_or(0, |segment| segment.line);
+    let mut before = None;
     for sample in samples.iter().filter(|s| s.line >= first && s.kind != Kind::Standing) {
         let stands = axes(setup, sample);
         let pose = setup.forward(&stands);
         let at = segments.partition_point(|segment| segment.line < sample.line);
         let near = at.saturating_sub(1)..(at + 2).min(segments.len());
         let off = near.clone().map(|index| distance(motion, &segments[index], &stands, &pose));
-        let off = off.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, off)| off).unwrap_or_default();
+        let off = off.min_by(|a, b| a.0.total_cmp(&b.0)).map_or(NOWHERE, |(_, off)| off);
         way.off.raise(off.mm, off.degrees.to_radians());
         for index in near {
             let end = motion.pose(&segments[index], 1.0);
-            let (mm, degrees) = ((end.tip - pose.tip).norm(), end.axis_angle(&pose).to_degrees());
-            if mm + degrees < missed[index].mm + missed[index].degrees {
-                missed[index] = Difference { mm, degrees };
+            let passed = from_chord(&end, before.as_ref().unwrap_or(&pose), &pose);
+            if passed.sum() < missed[index].sum() {
+                missed[index] = passed;
             }
         }
+        before = Some(pose);
     }
     for end in missed {
         way.missed.raise(end.mm, end.degrees.to_radians());
     }
     way
+}
+
+/// Distance of a pose from the nearest place between two samples.
+fn from_chord(pose: &Pose, from: &Pose, to: &Pose) -> Difference {
+    let chord = to.tip - from.tip;
+    let nearest = (pose.tip - from.tip).dot(&chord) / chord.norm_squared().max(f64::MIN_POSITIVE);
+    let places = [0.0, nearest.clamp(0.0, 1.0), 1.0].map(|share| {
+        let place = from.interpolate(to, share);
+        Difference { mm: (pose.tip - place.tip).norm(), degrees: pose.axis_angle(&place).to_degrees() }
+    });
+    places.into_iter().min_by(|a, b| a.sum().total_cmp(&b.sum())).unwrap_or(NOWHERE)
 }
 
 /// Distance of axis positions and their pose from the nearest place of a segment: one number to choose by, and the

@@ -1,4 +1,4 @@
-//! The job's program for a machine, and what this project says that it does.
+//! Programs of a short job for any machine, and what this project says that they do.
 
 use crate::rig::Rig;
 use regulus::job::Job;
@@ -14,8 +14,8 @@ const JOB: &str = include_str!("job.toml");
 const PART: &[u8] = include_bytes!("arc.json");
 /// Where the part stands: off every axis.
 const OFFSET: [f64; 3] = [35.0, -20.0, 12.5];
-/// G55, as the job says.
-const SYSTEM: u32 = 2;
+/// In the order of the controller's coordinate systems, from 1.
+const WORK_OFFSETS: [&str; 6] = ["G54", "G55", "G56", "G57", "G58", "G59"];
 
 /// A program, and all that belongs to it.
 pub(crate) struct Emitted {
@@ -36,12 +36,6 @@ fn inputs(name: &str, tcp: bool, change: impl Fn(&mut DialectOptions)) -> Inputs
     Inputs::read(job, part, &[], &machine, builtin(name).unwrap()).unwrap()
 }
 
-/// The tool path, which is the same for every machine.
-fn tool_path(inputs: &Inputs) -> &'static ToolPath {
-    static PATH: OnceLock<ToolPath> = OnceLock::new();
-    PATH.get_or_init(|| plan(inputs).unwrap().path)
-}
-
 impl Emitted {
     /// Plans, writes, reads back, follows and verifies the program for a machine, with TCP on or off.
     pub(crate) fn new(machine: &str, tcp: bool) -> Self {
@@ -50,8 +44,14 @@ impl Emitted {
 
     /// The same where the control has other options than the machine's file says.
     pub(crate) fn with(machine: &str, tcp: bool, change: impl Fn(&mut DialectOptions)) -> Self {
+        // The tool path is the same for every machine.
+        static PATH: OnceLock<ToolPath> = OnceLock::new();
         let inputs = inputs(machine, tcp, change);
-        let path = tool_path(&inputs);
+        let path = PATH.get_or_init(|| plan(&inputs).unwrap().path);
+        Self::from_path(inputs, path)
+    }
+
+    fn from_path(inputs: Inputs, path: &ToolPath) -> Self {
         let text = post_job(&inputs, path).unwrap().text;
         let file = InputFile { name: "program.ngc", bytes: text.as_bytes() };
         let judged = judge(&inputs, file, Some(path), false).unwrap();
@@ -67,12 +67,12 @@ impl Emitted {
 
     /// The controller of this machine, with its part and its tool.
     pub(crate) fn rig(&self) -> Rig {
-        let setup = self.setup();
+        let (setup, job) = (self.setup(), &self.inputs.job);
         Rig {
             machine: setup.machine().name.clone(),
-            tool: self.inputs.job.tool.number,
+            tool: job.tool.number,
             tool_length: setup.tool_length(),
-            system: SYSTEM,
+            system: WORK_OFFSETS.iter().position(|name| *name == job.machine.work_offset).unwrap() + 1,
             offset: setup.work_offset(),
             identity_first: false,
             m428_selects: 0,

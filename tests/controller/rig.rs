@@ -34,7 +34,7 @@ pub(crate) struct Rig {
     pub(crate) tool: u32,
     pub(crate) tool_length: f64,
     /// Coordinate system that has the work offset: 1 is G54.
-    pub(crate) system: u32,
+    pub(crate) system: usize,
     pub(crate) offset: [f64; 3],
     /// Kinematics 0 is identity and 1 TCP, instead of the reverse; the controller starts with 0.
     pub(crate) identity_first: bool,
