@@ -224,3 +224,14 @@ fn work_offsets_beyond_the_first_six_are_known() {
     }
     assert!(after("G54", "G54.1 P0").contains("is not a work offset"));
 }
+
+proptest::proptest! {
+    #[test]
+    fn no_text_makes_the_reader_panic(cut in 0usize..GOOD.len(), length in 0usize..12, insert in "[\\PC]{0,6}") {
+        let broken: String = GOOD.chars().take(cut).chain(insert.chars()).chain(GOOD.chars().skip(cut + length)).collect();
+        for finding in Job::read(&broken, "job.toml").err().unwrap_or_default() {
+            proptest::prop_assert!(finding.place.is_some_and(|place| place.line.is_some()), "{}", finding.message);
+            proptest::prop_assert!(finding.help.is_some(), "{}", finding.message);
+        }
+    }
+}
