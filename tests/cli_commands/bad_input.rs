@@ -115,10 +115,25 @@ fn triangles(faces: &str) -> String {
 }
 
 #[test]
-fn tools_that_do_not_fit_the_part() {
+fn tools_too_short_for_the_part() {
     let shop = Workshop::new();
     shop.job_with("flute_length = 20.0", "flute_length = 6.0");
     run_refused(&shop, "the tool is too short by", "job.toml");
+}
+
+#[test]
+fn tools_too_big_for_a_hollow() {
+    let shop = Workshop::new();
+    // A hollow quarter cylinder of radius 3 mm for a tool of radius 4 mm.
+    shop.write("job.toml", JOB.replace("direction = [1.0, 0.0, 0.0]", "direction = [-1.0, 1.0, 0.0]"));
+    let arc = [[3.0, 0.0], [3.0, 1.657], [1.657, 3.0], [0.0, 3.0]];
+    let control = arc.map(|[x, y]| [[x, y, 0.0], [x, y, 10.0]]);
+    let hollow = serde_json::json!({
+        "format": "regulus-bspline", "version": 1, "units": "mm", "degree": [3, 1],
+        "knots_u": [0, 0, 0, 0, 1, 1, 1, 1], "knots_v": [0, 0, 1, 1], "flip": true, "control": control,
+    });
+    shop.write("patch.json", hollow.to_string());
+    run_refused(&shop, "the tool is too big for the part: near (", "hollow with radius 2.9");
 }
 
 #[test]

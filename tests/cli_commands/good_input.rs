@@ -146,3 +146,26 @@ fn a_reader_that_goes_away_is_no_error() {
     let output = child.wait_with_output().unwrap();
     assert_eq!((output.status.code(), String::from_utf8_lossy(&output.stderr).as_ref()), (Some(0), ""));
 }
+
+#[test]
+fn the_job_of_the_readme_is_good() {
+    let readme = include_str!("../../README.md");
+    let (_, rest) = readme.split_once("```toml\n").unwrap();
+    let (job, _) = rest.split_once("```").unwrap();
+    let shop = Workshop::new();
+    shop.write("job.toml", job);
+    shop.write("blade.json", shop.read("patch.json"));
+    let call = shop.call(&["plan", "job.toml", "--out", "p.cl"]);
+    assert_eq!((call.status, call.err.as_str()), (0, ""));
+    // Every key that is commented out is known too.
+    let every_key: String = job.lines().filter(|l| !l.starts_with("# engage_from")).map(uncommented).collect();
+    shop.write("hub.stl", "");
+    shop.write("job.toml", every_key);
+    let call = shop.call(&["plan", "job.toml", "--out", "p.cl"]);
+    assert!(!call.err.contains("unknown"), "{}", call.err);
+    assert!(call.err.contains("too short for an STL file"), "{}", call.err);
+}
+
+fn uncommented(line: &str) -> String {
+    format!("{}\n", line.strip_prefix("# ").unwrap_or(line))
+}
