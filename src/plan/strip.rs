@@ -20,7 +20,7 @@ pub(super) struct Limits {
 impl Limits {
     /// Largest of both errors, each as a share of its limit.
     pub(super) fn strain(&self, deviation: &Deviation) -> f64 {
-        (deviation.overcut / self.overcut).max(deviation.undercut / self.undercut)
+        (deviation.overcut.max(deviation.outside) / self.overcut).max(deviation.undercut / self.undercut)
     }
 }
 
@@ -130,16 +130,21 @@ fn fit_anchored(
         Ok(FittedStrip { motion, deviation, steps: 0 })
     };
     let mut best = judge(&fit, &x)?;
+    let mut gouge = best.deviation.outside;
     for _ in 0..ROUNDS {
         if limits.strain(&best.deviation) < 0.3 {
             break;
         }
         fit.recount();
         reweight(&mut fit, limits);
+        if gouge > 0.3 * limits.overcut {
+            fit.weights.clearance *= 3.0;
+        }
         let settings = Settings { max_steps: 8, cost_share: 1e-4, ..Settings::default() };
         let Some(outcome) = minimize(&mut fit, &mut x, &settings) else { break };
         steps += outcome.steps;
         let Ok(candidate) = judge(&fit, &x) else { break };
+        gouge = candidate.deviation.outside;
         if limits.strain(&candidate.deviation) < limits.strain(&best.deviation) {
             best = candidate;
         }
