@@ -84,7 +84,7 @@ pub(super) fn assess(
         let length = (motion.upper.point(t) - motion.lower.point(t)).norm();
         for (k, near) in near.iter_mut().enumerate() {
             let share = k as f64 / (heights - 1) as f64;
-            let height = family.contact_height(motion.lower_height + share * length);
+            let height = family.contact_height((motion.lower_height + share * length).min(family.highest()));
             let contact = tool.contact_at(height).ok_or(degenerate)?;
             let centre = rate.pose.at_height(contact.sphere_height());
             let guess = near.unwrap_or((share, j as f64 / (instants - 1) as f64));

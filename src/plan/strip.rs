@@ -60,8 +60,17 @@ pub(super) enum StripError {
     Envelope(#[from] AssessError),
 }
 
-/// Most rounds of reweighting.
-const ROUNDS: usize = 14;
+/// Weight of a gouge beside the strip, against 1 for a deviation on it: nearly a constraint.
+const CLEARANCE: f64 = 100.0;
+
+/// How the optimizer works on a strip.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Effort {
+    /// Weight of second differences.
+    pub(super) fairness: f64,
+    /// Most rounds of reweighting.
+    pub(super) rounds: usize,
+}
 
 /// Lays the tool on rulings across the band, both end spheres touching, and optimizes nothing.
 pub(super) fn lay_strip(
@@ -90,13 +99,13 @@ pub(super) fn fit_strip(
     family: &SphereFamily,
     band: &Band,
     goal: (&Resolution, &Limits),
-    fairness: f64,
+    effort: &Effort,
 ) -> Result<FittedStrip, StripError> {
     let start = start_strip(chart, family, family.lowest(), band).ok_or(StripError::NoStart)?;
     let mut last = Err(StripError::BrokeDown);
     for anchor in [1e-5, 1e-4, 1e-3, 1e-2] {
-        let weights = FitWeights { extension: 0.3, anchor, fairness, clearance: 4.0 };
-        last = fit_anchored(chart, tool, family, (band, &start), goal, weights);
+        let weights = FitWeights { extension: 0.3, anchor, fairness: effort.fairness, clearance: CLEARANCE };
+        last = fit_anchored(chart, tool, family, (band, &start), goal, (weights, effort.rounds));
         if last.is_ok() {
             break;
         }
@@ -110,7 +119,7 @@ fn fit_anchored(
     family: &SphereFamily,
     (band, start): (&Band, &StripStart),
     (resolution, limits): (&Resolution, &Limits),
-    weights: FitWeights,
+    (weights, rounds): (FitWeights, usize),
 ) -> Result<FittedStrip, StripError> {
     let mut fit = StripFit::new(chart, family, &start.spec, resolution.controls, resolution.heights, weights)
         .ok_or(StripError::BrokeDown)?;
@@ -131,7 +140,7 @@ fn fit_anchored(
     };
     let mut best = judge(&fit, &x)?;
     let mut gouge = best.deviation.outside;
-    for _ in 0..ROUNDS {
+    for _ in 0..rounds {
         if limits.strain(&best.deviation) < 0.3 {
             break;
         }
