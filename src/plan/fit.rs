@@ -393,7 +393,7 @@ const CLEARANCE_STRIDE: usize = 3;
 /// Spans sampled on the flutes below the flank in use.
 const FLUTES_BELOW: usize = 3;
 /// Points sampled on the flutes above the strip.
-const FLUTES_ABOVE: usize = 12;
+const FLUTES_ABOVE: usize = 8;
 
 fn outside_points(family: &SphereFamily) -> usize {
     FLUTES_ABOVE + family.below.len() + family.body().len()

@@ -22,10 +22,11 @@ const OVERLAP: f64 = 0.25;
 /// How far strips run past the surface's ends before they lead out, mm: far enough for the fit's free ends.
 const OVERRUN: f64 = 3.0;
 /// Most rounds in which borders are moved to even out the strips' errors.
-const EVENING_ROUNDS: usize = 3;
-/// Rounds of reweighting while borders are still moved, and at the end.
-const QUICK_ROUNDS: usize = 2;
-const FULL_ROUNDS: usize = 14;
+const EVENING_ROUNDS: usize = 2;
+/// Effort while borders are still moved: (steps, rounds of reweighting).
+const QUICK: (usize, usize) = (16, 1);
+/// Effort at the end.
+const FULL: (usize, usize) = (36, 14);
 
 /// One planning run.
 pub(super) struct Planner<'a> {
@@ -81,10 +82,10 @@ impl<'a> Planner<'a> {
     fn even(&self, count: usize) -> Result<Vec<FittedStrip>> {
         let mut borders = self.equal_borders(count)?;
         if count == 1 || self.request.strategy.method == Method::Rulings {
-            return self.fit(&borders, FULL_ROUNDS);
+            return self.fit(&borders, FULL);
         }
         let mut best: Option<(f64, Vec<f64>)> = None;
-        let mut fitted = self.fit(&borders, QUICK_ROUNDS)?;
+        let mut fitted = self.fit(&borders, QUICK)?;
         for round in 0..=EVENING_ROUNDS {
             let strain = self.strain(&fitted);
             if best.as_ref().is_none_or(|(least, _)| strain < *least) {
@@ -97,13 +98,13 @@ impl<'a> Planner<'a> {
             // A full step can ask for more than the flute reaches; a shorter one in the same sense still helps.
             let tried = [1.0, 0.5, 0.25].iter().find_map(|share| {
                 let moved: Vec<f64> = borders.iter().zip(&wanted).map(|(b, w)| b + share * (w - b)).collect();
-                self.fit(&moved, QUICK_ROUNDS).ok().map(|strips| (moved, strips))
+                self.fit(&moved, QUICK).ok().map(|strips| (moved, strips))
             });
             let Some((moved, strips)) = tried else { break };
             (borders, fitted) = (moved, strips);
         }
         let borders = best.map_or(borders, |(_, borders)| borders);
-        self.fit(&borders, FULL_ROUNDS)
+        self.fit(&borders, FULL)
     }
 
     /// Borders with the strips' widths changed against their strain.
@@ -128,17 +129,17 @@ impl<'a> Planner<'a> {
         Limits { overcut: room(self.request.overcut_tolerance), undercut: room(self.request.undercut_tolerance) }
     }
 
-    fn fit(&self, borders: &[f64], rounds: usize) -> Result<Vec<FittedStrip>> {
+    fn fit(&self, borders: &[f64], effort: (usize, usize)) -> Result<Vec<FittedStrip>> {
         let count = borders.len() - 1;
         let fitted: Vec<Result<FittedStrip>> = borders
             .par_windows(2)
             .enumerate()
-            .map(|(index, pair)| self.fit_one(pair[0], pair[1], rounds).map_err(|e| name_strip(e, index, count)))
+            .map(|(index, pair)| self.fit_one(pair[0], pair[1], effort).map_err(|e| name_strip(e, index, count)))
             .collect();
         fitted.into_iter().collect()
     }
 
-    fn fit_one(&self, low: f64, high: f64, rounds: usize) -> Result<FittedStrip> {
+    fn fit_one(&self, low: f64, high: f64, effort: (usize, usize)) -> Result<FittedStrip> {
         let (band, resolution) = self.band(low, high)?;
         self.check_flute(&band)?;
         let (chart, tool, family) = (&self.chart, self.request.tool, &self.family);
@@ -146,7 +147,8 @@ impl<'a> Planner<'a> {
         let fitted = match strategy.method {
             Method::Rulings => lay_strip(chart, tool, family, &band, &resolution),
             Method::Regulus => {
-                let effort = Effort { fairness: 1e-9 * strategy.fairness, rounds };
+                let (steps, rounds) = effort;
+                let effort = Effort { fairness: 1e-9 * strategy.fairness, steps, rounds };
                 fit_strip(chart, tool, family, &band, (&resolution, &self.limits()), &effort)
             }
         };
@@ -231,10 +233,11 @@ impl<'a> Planner<'a> {
     }
 
     fn band(&self, low: f64, high: f64) -> Result<(Band, Resolution)> {
-        let (mut narrow, mut long) = (f64::INFINITY, 0.0);
+        let (mut narrow, mut wide, mut long) = (f64::INFINITY, 0.0_f64, 0.0);
         for j in 0..=8 {
             let h = f64::from(j) / 8.0;
-            narrow = (self.frame((high, h))?.point - self.frame((low, h))?.point).norm().min(narrow);
+            let width = (self.frame((high, h))?.point - self.frame((low, h))?.point).norm();
+            (narrow, wide) = (narrow.min(width), wide.max(width));
             if j > 0 {
                 let middle = 0.5 * (low + high);
                 long += (self.frame((middle, h))?.point - self.frame((middle, h - 0.125))?.point).norm();
@@ -243,7 +246,8 @@ impl<'a> Planner<'a> {
         let overlap = OVERLAP.max(0.03 * narrow) * (high - low) / narrow;
         // A control point about every two millimetres; looked at twice as densely, so that nodes hide no overshoot.
         let controls = ((long / 2.0).ceil() as usize).clamp(24, 60);
-        let resolution = Resolution { controls, instants: 2 * controls + 1, heights: 15 };
+        let heights = ((wide / 2.0).ceil() as usize + 6).clamp(8, 15);
+        let resolution = Resolution { controls, instants: 2 * controls + 1, heights };
         let band = Band {
             // Neighbours overlap; each must cover a little more than its own band.
             borders: Borders { low: low - 0.2 * overlap, high: high + 0.2 * overlap },

@@ -68,6 +68,8 @@ const CLEARANCE: f64 = 100.0;
 pub(super) struct Effort {
     /// Weight of second differences.
     pub(super) fairness: f64,
+    /// Most steps of the first fit at its final fairness.
+    pub(super) steps: usize,
     /// Most rounds of reweighting.
     pub(super) rounds: usize,
 }
@@ -105,7 +107,7 @@ pub(super) fn fit_strip(
     let mut last = Err(StripError::BrokeDown);
     for anchor in [1e-5, 1e-4, 1e-3, 1e-2] {
         let weights = FitWeights { extension: 0.3, anchor, fairness: effort.fairness, clearance: CLEARANCE };
-        last = fit_anchored(chart, tool, family, (band, &start), goal, (weights, effort.rounds));
+        last = fit_anchored(chart, tool, family, (band, &start), goal, (weights, effort));
         if last.is_ok() {
             break;
         }
@@ -119,16 +121,16 @@ fn fit_anchored(
     family: &SphereFamily,
     (band, start): (&Band, &StripStart),
     (resolution, limits): (&Resolution, &Limits),
-    (weights, rounds): (FitWeights, usize),
+    (weights, effort): (FitWeights, &Effort),
 ) -> Result<FittedStrip, StripError> {
     let mut fit = StripFit::new(chart, family, &start.spec, resolution.controls, resolution.heights, weights)
         .ok_or(StripError::BrokeDown)?;
     let mut x = fit.start(&start.rulings).ok_or(StripError::BrokeDown)?;
     let mut steps = 0;
     // Strong fairness first: it carries the rails past the places where the part's fine shape would trap them.
-    for (factor, max_steps) in [(1e4, 12), (1e2, 12), (1.0, 40)] {
+    for (factor, max_steps) in [(1e4, effort.steps / 4), (1e2, effort.steps / 4), (1.0, effort.steps)] {
         fit.weights.fairness = weights.fairness * factor;
-        let settings = Settings { max_steps, cost_share: 1e-6, ..Settings::default() };
+        let settings = Settings { max_steps, cost_share: 1e-5, ..Settings::default() };
         steps += minimize(&mut fit, &mut x, &settings).ok_or(StripError::BrokeDown)?.steps;
         fit.recount();
     }
@@ -140,8 +142,8 @@ fn fit_anchored(
     };
     let mut best = judge(&fit, &x)?;
     let mut gouge = best.deviation.outside;
-    for _ in 0..rounds {
-        if limits.strain(&best.deviation) < 0.3 {
+    for _ in 0..effort.rounds {
+        if limits.strain(&best.deviation) < 0.4 {
             break;
         }
         fit.recount();
@@ -149,7 +151,7 @@ fn fit_anchored(
         if gouge > 0.3 * limits.overcut {
             fit.weights.clearance *= 3.0;
         }
-        let settings = Settings { max_steps: 8, cost_share: 1e-4, ..Settings::default() };
+        let settings = Settings { max_steps: 6, cost_share: 1e-4, ..Settings::default() };
         let Some(outcome) = minimize(&mut fit, &mut x, &settings) else { break };
         steps += outcome.steps;
         let Ok(candidate) = judge(&fit, &x) else { break };
