@@ -195,6 +195,26 @@ impl Piece {
     }
 }
 
+impl Piece {
+    /// Height and radius of the point that lies farthest along a direction with a radial part of 0 or more; of a hollow
+    /// piece, of its hull.
+    pub(super) fn support(&self, axial: f64, radial: f64) -> (f64, f64) {
+        let along = |p: (f64, f64)| axial * p.0 + radial * p.1;
+        let mut best = self.low().map_or((0.0, 0.0), |span| (span.low, span.low_radius));
+        for span in &self.spans {
+            let on_arc = match span.profile {
+                Profile::Bulge { height, radius, arc } => Some((height + arc * axial, radius + arc * radial)),
+                Profile::Line { .. } | Profile::Hollow { .. } => None,
+            };
+            let on_arc = on_arc.filter(|p| (span.low..=span.high).contains(&p.0));
+            for point in [Some((span.low, span.low_radius)), Some((span.high, span.high_radius)), on_arc] {
+                best = point.filter(|p| along(*p) > along(best)).unwrap_or(best);
+            }
+        }
+        best
+    }
+}
+
 impl Body {
     /// Gathers elements into pieces; flat elements only close them.
     pub(super) fn of<'a>(elements: impl Iterator<Item = &'a Element>) -> Self {

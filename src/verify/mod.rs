@@ -7,6 +7,7 @@ mod deviation;
 mod judge;
 mod measured;
 mod motion_tree;
+mod plane;
 mod ray;
 mod record;
 mod refine;

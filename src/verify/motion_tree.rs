@@ -107,6 +107,16 @@ impl Linear {
         (1.0 - share).abs() * self.tip_error + share.abs() * self.top_error
     }
 
+    /// Bound on how far any point of a body about the axis, between two heights and within a radius, goes from where it
+    /// is at tau 0; turns about the axis do not count.
+    pub(super) fn travel(&self, heights: (f64, f64), radius: f64, reference: f64) -> f64 {
+        let along = |height: f64| (self.tip_rate + self.axis_rate * height).norm() + self.error_at(height, reference);
+        // The turn by the shortest way moves a point at the radius by at most its angle, which the chord 2 sin(a/2)
+        // bounds to within pi/2.
+        let turn = self.axis_rate.norm() + self.axis_error(reference);
+        along(heights.0).max(along(heights.1)) + std::f64::consts::FRAC_PI_2 * radius * turn
+    }
+
     /// Bound on the error of the axis direction.
     pub(super) fn axis_error(&self, reference: f64) -> f64 {
         (self.tip_error + self.top_error) / reference

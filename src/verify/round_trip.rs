@@ -65,8 +65,8 @@ fn compare(
         last = nearest_from(&pose, &poses, last, flute_length);
         // Table pose k joins the places k - 1 and k; where passes meet, one of them has no length and its other
         // neighbour counts too.
-        let candidates = (last.saturating_sub(2)..=last + 1).filter_map(|k| places.get(k));
-        let best = candidates
+        let best = (last.saturating_sub(2)..=last + 1)
+            .filter_map(|k| places.get(k))
             .filter_map(|place| nearest_in(&pose, place, flute_length).map(|near| (near, place)))
             .min_by(|a, b| a.0.1.total_cmp(&b.0.1));
         let Some(((near, _), place)) = best else { continue };
@@ -121,28 +121,38 @@ fn nearest_from(pose: &Pose, poses: &[Pose], last: usize, flute_length: f64) -> 
     best
 }
 
-/// The nearest pose within a place, with its squared distance: Newton steps on parabolas through three poses.
+/// The nearest pose within a place, with its squared distance: from either end, steps to the foot on the tangent
+/// (Gauss and Newton), the tangent from a difference of poses.
 fn nearest_in(pose: &Pose, place: &Place<'_>, flute_length: f64) -> Option<(Pose, f64)> {
-    let at = |t: f64| -> Option<(Pose, f64)> {
-        let near = place.pass.motion.pose(t.clamp(place.from, place.to))?;
-        Some((near, square_distance(pose, &near, flute_length)))
-    };
-    let (mut centre, mut reach) = (0.5 * (place.from + place.to), 0.5 * (place.to - place.from));
-    let mut best = [at(place.from)?, at(place.to)?].into_iter().min_by(|a, b| a.1.total_cmp(&b.1))?;
-    for _ in 0..6 {
-        if reach <= 0.0 {
-            break;
-        }
-        let (a, b, c) = (at(centre - reach)?.1, at(centre)?, at(centre + reach)?.1);
-        let bend = a - 2.0 * b.1 + c;
-        let step = if bend > 0.0 { 0.5 * (a - c) / bend } else { (a - c).signum() };
-        centre = (centre + reach * step.clamp(-1.0, 1.0)).clamp(place.from, place.to);
-        reach = (0.25 * reach).min(centre - place.from).min(place.to - centre).max(1e-3 * reach);
-        for candidate in [b, at(centre)?] {
-            if candidate.1 < best.1 {
-                best = candidate;
+    let width = place.to - place.from;
+    let at = |t: f64| place.pass.motion.pose(t.clamp(place.from, place.to));
+    let mut best: Option<(Pose, f64)> = None;
+    for start in [place.from, place.to] {
+        let mut t = start;
+        for _ in 0..FOOT_STEPS {
+            let near = at(t)?;
+            let square = square_distance(pose, &near, flute_length);
+            if best.is_none_or(|b| square < b.1) {
+                best = Some((near, square));
             }
+            let (before, after) = ((t - DIFFERENCE * width).max(place.from), (t + DIFFERENCE * width).min(place.to));
+            let (a, b) = (at(before)?, at(after)?);
+            let ways =
+                [0.0, flute_length].map(|h| (b.at_height(h) - a.at_height(h), pose.at_height(h) - near.at_height(h)));
+            let length: f64 = ways.iter().map(|(way, _)| way.norm_squared()).sum();
+            let along: f64 = ways.iter().map(|(way, off)| way.dot(off)).sum();
+            let next = (t + (after - before) * along / length).clamp(place.from, place.to);
+            if length == 0.0 || (next - t).abs() <= 1e-9 * width {
+                break;
+            }
+            t = next;
         }
     }
-    Some(best)
+    best
 }
+
+/// Steps to a foot; each gains a factor of about the distance over the radius of curvature.
+const FOOT_STEPS: usize = 12;
+
+/// Half the distance of the poses that give a tangent, as a share of the place.
+const DIFFERENCE: f64 = 1e-3;

@@ -17,8 +17,9 @@
 
 use super::body::{Body, Piece};
 use super::motion_tree::{BlockMotion, Bounds, Instant, Linear, MotionTree, Stretch};
+use super::plane::{Plane, radial_direction};
 use super::ray::{Entry, LocalRay, NormalRay};
-use crate::geometry::{Direction, Vector};
+use crate::geometry::Direction;
 use crate::motion::Pose;
 
 /// How far along a normal the tool is looked for, mm.
@@ -175,7 +176,9 @@ impl<'a, M: BlockMotion> SweptTool<'a, M> {
             }
         }
         let middle = 0.5 * (part.from + part.to);
-        if middle <= part.from || middle >= part.to || part.to - part.from < 1e-9 {
+        // The tool in the middle of the stretch does not matter, and no point of it goes farther than the slack.
+        let still = part.linear.travel(self.body.heights, self.body.radius, self.tree.reference) < self.slack();
+        if still || middle <= part.from || middle >= part.to {
             return;
         }
         for (from, to) in [(part.from, middle), (middle, part.to)] {
@@ -212,8 +215,10 @@ impl<'a, M: BlockMotion> SweptTool<'a, M> {
     fn judge_piece(&self, ray: &NormalRay, local: &LocalRay, linear: &Linear, piece: &Piece, goal: f64) -> Verdict {
         let bottom = -self.window.inward;
         // The distance from a convex piece is convex along the ray: walk to where it is smallest, or until a plane
-        // separates. The upper end is nearly always that place.
+        // separates. The upper end is nearly always that place. Between two planes, one leaning each way along the
+        // ray, lies one parallel to it; where the ray passes close to a rim only that one separates.
         let (mut low, mut high, mut lambda) = (bottom, goal, goal);
+        let (mut falling, mut rising): (Option<Plane>, Option<Plane>) = (None, None);
         let mut promise = f64::INFINITY;
         for _ in 0..40 {
             let Some(nearest) = piece.nearest(local.height(lambda), local.radius(lambda)) else {
@@ -224,23 +229,45 @@ impl<'a, M: BlockMotion> SweptTool<'a, M> {
             };
             let plane = Plane::new(ray, local, linear, lambda, &nearest);
             let value = plane.lowest(ray, linear, piece, (bottom, goal), self.tree.reference);
-            if value > -0.1 * self.resolution {
+            if value > -self.slack() {
                 return Verdict::Clear;
             }
             promise = promise.min(value);
-            let slope = plane.normal.dot(&ray.normal);
-            let separates = plane.distance(ray, bottom).min(plane.distance(ray, goal)) > 0.0;
-            if separates || slope == 0.0 || (slope < 0.0 && lambda == goal) || (slope > 0.0 && lambda == bottom) {
+            let slope = plane.slope(ray);
+            let at_end = slope == 0.0 || (slope < 0.0 && lambda == goal) || (slope > 0.0 && lambda == bottom);
+            if at_end || plane.separates(ray, (bottom, goal)) {
                 break;
             }
             if slope > 0.0 {
-                high = lambda;
+                (high, rising) = (lambda, Some(plane));
             } else {
-                low = lambda;
+                (low, falling) = (lambda, Some(plane));
             }
-            lambda = if lambda == goal && low == bottom { bottom } else { 0.5 * (low + high) };
+            lambda = 0.5 * (low + high);
+            match (&falling, &rising) {
+                (None, Some(_)) => lambda = bottom,
+                (Some(falling), Some(rising)) => {
+                    let Some(parallel) = Plane::parallel(falling, rising, ray, linear, piece) else { continue };
+                    if parallel.lowest(ray, linear, piece, (bottom, goal), self.tree.reference) > -self.slack() {
+                        return Verdict::Clear;
+                    }
+                    if parallel.separates(ray, (bottom, goal)) {
+                        break;
+                    }
+                    let (foot, margin) = (parallel.foot_on(ray), 0.1 * (high - low));
+                    if foot > low + margin && foot < high - margin {
+                        lambda = foot;
+                    }
+                }
+                _ => {}
+            }
         }
         Verdict::Open(promise)
+    }
+
+    /// A body that enters the ray by no more than this, square to its surface, counts as clear, mm.
+    fn slack(&self) -> f64 {
+        0.1 * self.resolution
     }
 
     /// Follows the depth downhill in time from a touch: successive parabolas within a block, then on into the
@@ -323,78 +350,5 @@ fn touch(ray: &NormalRay, pose: &Pose, when: Instant, entry: &Entry) -> Touch {
         depth: entry.lambda,
         when,
         tool_normal: Direction::new_normalize(axis * entry.axial + radial * entry.radial),
-    }
-}
-
-/// Unit vector from the axis to a point of the ray, square to the axis; zero on the axis.
-fn radial_direction(ray: &NormalRay, pose: &Pose, lambda: f64, height: f64) -> Vector {
-    let point = ray.origin.coords + ray.normal.into_inner() * lambda;
-    let out = point - pose.at_height(height).coords;
-    let length = out.norm();
-    if length > 0.0 { out / length } else { Vector::zeros() }
-}
-
-/// A plane that touches a piece from outside and rides with the tool.
-struct Plane {
-    /// Unit normal, out of the tool.
-    normal: Vector,
-    /// Its parts along the axis and square to it.
-    axial: f64,
-    radial: f64,
-    /// Unit radial direction.
-    out: Vector,
-    /// Where it touches.
-    foot: Vector,
-    /// Height of the axis point about which the motion is expanded: where the normal meets the axis, if near.
-    pivot: f64,
-}
-
-impl Plane {
-    fn new(ray: &NormalRay, local: &LocalRay, linear: &Linear, lambda: f64, nearest: &super::body::Nearest) -> Self {
-        let axis = linear.pose.axis.into_inner();
-        let out = radial_direction(ray, &linear.pose, lambda, local.height(lambda));
-        let foot = linear.pose.at_height(nearest.height).coords + out * nearest.radius;
-        let pivot = if nearest.radial > 0.2 {
-            nearest.height - nearest.radius * nearest.axial / nearest.radial
-        } else {
-            nearest.height
-        };
-        let normal = axis * nearest.axial + out * nearest.radial;
-        Self { normal, axial: nearest.axial, radial: nearest.radial, out, foot, pivot }
-    }
-
-    /// Distance of a point of the ray from the plane.
-    fn distance(&self, ray: &NormalRay, lambda: f64) -> f64 {
-        self.normal.dot(&(ray.origin.coords + ray.normal.into_inner() * lambda - self.foot))
-    }
-
-    /// Lower bound, over the stretch and over the ray between two lambdas, of the distance of the ray from the plane
-    /// (from the tangent sphere for hollow pieces).
-    fn lowest(&self, ray: &NormalRay, linear: &Linear, piece: &Piece, ends: (f64, f64), reference: f64) -> f64 {
-        let axis = linear.pose.axis.into_inner();
-        let centre = linear.pose.at_height(self.pivot).coords;
-        let centre_rate = linear.tip_rate + linear.axis_rate * self.pivot;
-        let normal_rate = linear.axis_rate * self.axial - axis * (self.radial * self.out.dot(&linear.axis_rate));
-        let centre_error = linear.error_at(self.pivot, reference);
-        let axis_error = linear.axis_error(reference);
-        let turn = linear.axis_rate.norm() + axis_error;
-        let travel = centre_rate.norm() + centre_error;
-        let normal_error = std::f64::consts::SQRT_2 * axis_error + 0.5 * self.radial.abs() * turn * turn;
-        let mut lowest = f64::INFINITY;
-        for lambda in [ends.0, ends.1] {
-            let point = ray.origin.coords + ray.normal.into_inner() * lambda;
-            let lever = point - centre;
-            let arm = lever.norm();
-            let linear_part = (normal_rate.dot(&lever) - self.normal.dot(&centre_rate)).abs();
-            let mut value = self.normal.dot(&(point - self.foot))
-                - linear_part
-                - (centre_error + normal_error * arm + turn * travel);
-            if piece.clear_radius.is_finite() {
-                let away = (point - self.foot).norm() + travel + turn * arm;
-                value -= away * away / (2.0 * piece.clear_radius);
-            }
-            lowest = lowest.min(value);
-        }
-        lowest
     }
 }

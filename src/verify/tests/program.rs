@@ -2,12 +2,14 @@
 
 use super::fixtures::*;
 use super::region::plane;
-use crate::machine::{Machine, Setup};
-use crate::motion::{FeedReference, Pass, PassKind, PassMotion, ToolPath, ToolSummary};
-use crate::nc::{Rules, read};
+use crate::feed::durations;
+use crate::geometry::{Point, SplineCurve};
+use crate::machine::{LinearizeOptions, Machine, Setup, linearize};
+use crate::motion::{FeedReference, Pass, PassKind, PassMotion, Pose, RuledMotion, ToolPath, ToolSummary};
+use crate::nc::{Rules, WriteRequest, read, write};
 use crate::part::Part;
 use crate::simulate::{ToolMotion, simulate};
-use crate::verify::{Settings, Subject, ToleranceRecord, Verdict, Verified, verify};
+use crate::verify::{BlockMotion, Settings, Subject, ToleranceRecord, Verdict, Verified, verify};
 
 const FIRST_CUT: usize = 8;
 
@@ -193,4 +195,68 @@ fn round_trip_is_the_distance_from_the_path() {
     };
     assert!(against(0.0).tip_max_mm < 1e-9 && against(0.0).axis_max_deg < 1e-9, "{:?}", against(0.0));
     assert!((against(0.013).tip_max_mm - 0.013).abs() < 1e-9, "{:?}", against(0.013));
+}
+
+/// A curved and twisted strip whose parameter runs slowly at one end, very fast in the middle and slowly again.
+fn uneven_pass() -> RuledMotion {
+    let knots = || vec![0.0, 0.0, 0.0, 0.0, 0.02, 0.3, 0.31, 0.9, 1.0, 1.0, 1.0, 1.0];
+    let angles: [f64; 8] = [0.0, 0.02, 0.1, 0.7, 1.0, 1.9, 2.1, 2.6];
+    let rail = |radius: f64, height: f64, twist: f64| {
+        let at = |a: &f64| Point::new(radius * a.cos(), radius * (a + twist * a * a).sin(), height + 4.0 * a);
+        SplineCurve::new(3, knots(), angles.iter().map(at).collect()).unwrap()
+    };
+    RuledMotion { lower: rail(30.0, 0.0, 0.0), upper: rail(36.0, 20.0, 0.1), lower_height: 2.0 }
+}
+
+/// The parameter's pose nearest to a tool by tip and height 40, by looking everywhere, then closely.
+fn nearest_of_many(pass: &RuledMotion, tool: &Pose) -> Pose {
+    let off = |t: f64| {
+        let near = pass.pose(t).unwrap();
+        [0.0, 40.0].map(|h| (near.at_height(h) - tool.at_height(h)).norm_squared()).iter().sum::<f64>()
+    };
+    let (mut low, mut high): (f64, f64) = (0.0, 1.0);
+    for _ in 0..4 {
+        let at = |k: u32| low + (high - low) * f64::from(k) / 1000.0;
+        let best = (0..=1000).min_by(|a, b| off(at(*a)).total_cmp(&off(at(*b)))).unwrap();
+        (low, high) = (at(best.max(3) - 3), at(best.min(997) + 3));
+    }
+    pass.pose(0.5 * (low + high)).unwrap()
+}
+
+#[test]
+fn round_trip_of_an_uneven_pass_is_what_following_it_in_blocks_costs() {
+    let ruled = uneven_pass();
+    let passes = vec![Pass { kind: PassKind::Cut, strip: Some(0), motion: PassMotion::Ruled(ruled.clone()) }];
+    let path = ToolPath { passes, ..path(0.0) };
+    let machine = Machine::named("xyzac-trt").unwrap();
+    let setup = Setup::new(&machine, "G54", 200.0).unwrap();
+    let linearized = linearize(&path, &setup, true, &LinearizeOptions::default()).unwrap();
+    let moves = durations(&path, &setup, true, &linearized.moves);
+    let request = WriteRequest {
+        path: &path,
+        moves: &moves,
+        setup: &setup,
+        work_offset: "G54",
+        tcp: true,
+        input_hash: "",
+        number: 1,
+        modal: true,
+    };
+    let text = write(&request).unwrap().text;
+    let motion = motion(&text);
+    let (mut tip, mut axis): (f64, f64) = (0.0, 0.0);
+    let feed: Vec<usize> = (0..motion.blocks()).filter(|block| !motion.is_rapid(*block)).collect();
+    for (block, share) in feed.iter().flat_map(|block| [(*block, 0.5), (*block, 1.0)]) {
+        let pose = BlockMotion::pose(&motion, block, share);
+        let near = nearest_of_many(&ruled, &pose);
+        tip = tip.max((pose.tip - near.tip).norm());
+        axis = axis.max(pose.axis_angle(&near).to_degrees());
+    }
+    let found = check(&text, Some(&path), &Settings::default()).record.round_trip.unwrap();
+    assert!(
+        (found.tip_max_mm - tip).abs() < 1e-6 && (found.axis_max_deg - axis).abs() < 1e-6,
+        "{found:?} {tip} {axis}"
+    );
+    // The allowance, and the rounding of three words to five decimals.
+    assert!(found.tip_max_mm < path.linearization + 1e-5, "{found:?}");
 }

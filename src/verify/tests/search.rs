@@ -170,4 +170,43 @@ proptest! {
         let hinted = lowest_from(tool, &motion, &ray, Some(Instant { block: 3, share: 0.3 })).map_or(f64::INFINITY, |t| t.depth);
         prop_assert!(hinted == depth || (hinted - depth).abs() <= 1.1e-6, "{hinted} {depth}");
     }
+
+    #[test]
+    fn lines_that_pass_a_rim_closely_are_settled(
+        rise in 0.0..0.3f64,
+        apart in (-8.0..-3.0f64, prop::bool::ANY),
+        around in 0.0..6.2f64,
+        way in (-1.0..1.0f64, -1.0..1.0f64, -1.0..1.0f64),
+        tilt in (-0.1..0.1f64, -0.1..0.1f64),
+    ) {
+        let tool = cone(6.0, 2.0);
+        let body = Body::of(tool.flutes().iter());
+        let middle = pose([1.0, 2.0, 3.0], [0.3, -0.2, 1.0]);
+        let (step, turn) = (Vector::new(way.0, way.1, way.2) * 0.3, Vector::new(tilt.0, tilt.1, 0.0) * 0.1);
+        let end = |sign: f64| Pose {
+            tip: middle.tip + step * sign,
+            axis: Direction::new_normalize(middle.axis.into_inner() + turn * sign),
+        };
+        let motion = Blocks::through(&[end(-1.0), middle, end(1.0)]);
+        let axis = middle.axis.into_inner();
+        let side = axis.cross(&Vector::x()).normalize();
+        let out = side * around.cos() + axis.cross(&side) * around.sin();
+        let rim = middle.at_height(40.0) + out * body.pieces[0].spans[0].high_radius;
+        let distance = 10f64.powf(apart.0) * if apart.1 { 1.0 } else { -1.0 };
+        let normal = Direction::new_normalize(axis * rise.sin() - out * rise.cos());
+        let ray = NormalRay { origin: rim + (axis * rise.cos() + out * rise.sin()) * distance, normal };
+
+        let entries = (0..2).flat_map(|block| (0..=20_000).map(move |k| (block, f64::from(k) / 20_000.0)));
+        let brute = entries
+            .filter_map(|(block, share)| body.entry(&LocalRay::new(&ray, &motion.pose(block, share)), -1.0, 1.0))
+            .fold(f64::INFINITY, |least, e| least.min(e.lambda));
+        let found = lowest(&tool, &motion, &ray).map_or(f64::INFINITY, |t| t.depth);
+        // What enters by less than a tenth of the resolution, square to the tool, may be passed over.
+        let deeper = NormalRay { origin: ray.origin + (axis * rise.cos() + out * rise.sin()) * 1.1e-7, ..ray };
+        let certain = (0..2)
+            .flat_map(|block| (0..=20_000).map(move |k| (block, f64::from(k) / 20_000.0)))
+            .filter_map(|(block, share)| body.entry(&LocalRay::new(&deeper, &motion.pose(block, share)), -1.0, 1.0))
+            .fold(f64::INFINITY, |least, e| least.min(e.lambda));
+        prop_assert!(found <= brute + 1.1e-6 || found <= certain + 1.1e-6, "found {found}, brute force {brute}, {certain}");
+    }
 }

@@ -1,0 +1,129 @@
+//! Planes that touch the tool and ride with it, and how far they keep a line away over a stretch of time. Uses `geometry`
+//! and the other files of this module.
+
+use super::body::{Nearest, Piece};
+use super::motion_tree::Linear;
+use super::ray::{LocalRay, NormalRay};
+use crate::geometry::{Direction, Vector};
+use crate::motion::Pose;
+
+/// A plane that touches a piece from outside and rides with the tool.
+pub(super) struct Plane {
+    /// Unit normal, out of the tool.
+    normal: Vector,
+    /// Its parts along the axis and square to it.
+    axial: f64,
+    radial: f64,
+    /// Unit radial direction.
+    out: Vector,
+    /// Where it touches.
+    foot: Vector,
+    /// Height of the axis point about which the motion is expanded: where the normal meets the axis, if near.
+    pivot: f64,
+}
+
+impl Plane {
+    /// The plane square to the shortest way from a point of the ray to the piece.
+    pub(super) fn new(ray: &NormalRay, local: &LocalRay, linear: &Linear, lambda: f64, nearest: &Nearest) -> Self {
+        let axis = linear.pose.axis.into_inner();
+        let out = radial_direction(ray, &linear.pose, lambda, local.height(lambda));
+        let foot = linear.pose.at_height(nearest.height).coords + out * nearest.radius;
+        let pivot = pivot((nearest.height, nearest.radius), (nearest.axial, nearest.radial));
+        let normal = axis * nearest.axial + out * nearest.radial;
+        Self { normal, axial: nearest.axial, radial: nearest.radial, out, foot, pivot }
+    }
+
+    /// The tangent plane of a convex piece that is parallel to the ray, between two that lean one each way; `None` for
+    /// hollow pieces, and where the two face each other.
+    pub(super) fn parallel(
+        falling: &Self,
+        rising: &Self,
+        ray: &NormalRay,
+        linear: &Linear,
+        piece: &Piece,
+    ) -> Option<Self> {
+        if piece.clear_radius.is_finite() {
+            return None;
+        }
+        let (down, up) = (-falling.slope(ray), rising.slope(ray));
+        let normal = Direction::try_new(falling.normal * up + rising.normal * down, 1e-6 * (down + up))?.into_inner();
+        let axis = linear.pose.axis.into_inner();
+        let axial = normal.dot(&axis);
+        let across = normal - axis * axial;
+        let radial = across.norm();
+        let out = if radial > 0.0 { across / radial } else { across };
+        let (height, radius) = piece.support(axial, radial);
+        let foot = linear.pose.at_height(height).coords + out * radius;
+        Some(Self { normal, axial, radial, out, foot, pivot: pivot((height, radius), (axial, radial)) })
+    }
+
+    /// How the distance from the plane changes along the ray.
+    pub(super) fn slope(&self, ray: &NormalRay) -> f64 {
+        self.normal.dot(&ray.normal)
+    }
+
+    /// The place on the ray nearest to where the plane touches.
+    pub(super) fn foot_on(&self, ray: &NormalRay) -> f64 {
+        ray.normal.dot(&(self.foot - ray.origin.coords))
+    }
+
+    /// True where the ray between two lambdas lies outside.
+    pub(super) fn separates(&self, ray: &NormalRay, ends: (f64, f64)) -> bool {
+        self.distance(ray, ends.0).min(self.distance(ray, ends.1)) > 0.0
+    }
+
+    /// Distance of a point of the ray from the plane.
+    fn distance(&self, ray: &NormalRay, lambda: f64) -> f64 {
+        self.normal.dot(&(ray.origin.coords + ray.normal.into_inner() * lambda - self.foot))
+    }
+
+    /// Lower bound, over the stretch and over the ray between two lambdas, of the distance of the ray from the plane
+    /// (from the tangent sphere for hollow pieces).
+    pub(super) fn lowest(
+        &self,
+        ray: &NormalRay,
+        linear: &Linear,
+        piece: &Piece,
+        ends: (f64, f64),
+        reference: f64,
+    ) -> f64 {
+        let axis = linear.pose.axis.into_inner();
+        let centre = linear.pose.at_height(self.pivot).coords;
+        let centre_rate = linear.tip_rate + linear.axis_rate * self.pivot;
+        let normal_rate = linear.axis_rate * self.axial - axis * (self.radial * self.out.dot(&linear.axis_rate));
+        let centre_error = linear.error_at(self.pivot, reference);
+        let axis_error = linear.axis_error(reference);
+        let turn = linear.axis_rate.norm() + axis_error;
+        let travel = centre_rate.norm() + centre_error;
+        let normal_error = std::f64::consts::SQRT_2 * axis_error + 0.5 * self.radial.abs() * turn * turn;
+        let mut lowest = f64::INFINITY;
+        for lambda in [ends.0, ends.1] {
+            let point = ray.origin.coords + ray.normal.into_inner() * lambda;
+            let lever = point - centre;
+            let arm = lever.norm();
+            let linear_part = (normal_rate.dot(&lever) - self.normal.dot(&centre_rate)).abs();
+            let mut value = self.normal.dot(&(point - self.foot))
+                - linear_part
+                - (centre_error + normal_error * arm + turn * travel);
+            if piece.clear_radius.is_finite() {
+                let away = (point - self.foot).norm() + travel + turn * arm;
+                value -= away * away / (2.0 * piece.clear_radius);
+            }
+            lowest = lowest.min(value);
+        }
+        lowest
+    }
+}
+
+/// Height of the axis point about which the motion is expanded: where the normal meets the axis, if near.
+fn pivot(foot: (f64, f64), (axial, radial): (f64, f64)) -> f64 {
+    if radial > 0.2 { foot.0 - foot.1 * axial / radial } else { foot.0 }
+}
+
+/// Unit vector from the axis to a point of the ray, square to the axis; zero on the axis.
+pub(super) fn radial_direction(ray: &NormalRay, pose: &Pose, lambda: f64, height: f64) -> Vector {
+    let point = ray.origin.coords + ray.normal.into_inner() * lambda;
+    let out = point - pose.at_height(height).coords;
+    let length = out.norm();
+    if length > 0.0 { out / length } else { Vector::zeros() }
+}
