@@ -13,6 +13,8 @@ pub struct Deviation {
     pub overcut: f64,
     /// Largest height above the surface, mm, not negative.
     pub undercut: f64,
+    /// Deepest gouge by the flutes beside the strip, the shank or the holder, mm, not negative.
+    pub outside: f64,
     /// Envelope points that lie over the surface.
     pub samples: usize,
 }
@@ -73,7 +75,7 @@ pub(super) fn assess(
     (instants, heights): (usize, usize),
 ) -> Result<Deviation, AssessError> {
     let (start, end) = motion.domain();
-    let mut worst = Deviation { overcut: 0.0, undercut: 0.0, samples: 0 };
+    let mut worst = Deviation { overcut: 0.0, undercut: 0.0, outside: 0.0, samples: 0 };
     let mut near: Vec<Option<(f64, f64)>> = vec![None; heights];
     for j in 0..instants {
         let t = start + (end - start) * j as f64 / (instants - 1) as f64;
@@ -82,7 +84,7 @@ pub(super) fn assess(
         let length = (motion.upper.point(t) - motion.lower.point(t)).norm();
         for (k, near) in near.iter_mut().enumerate() {
             let share = k as f64 / (heights - 1) as f64;
-            let height = family.contact_height(motion.lower_height + share * length);
+            let height = family.contact_height((motion.lower_height + share * length).min(family.highest()));
             let contact = tool.contact_at(height).ok_or(degenerate)?;
             let centre = rate.pose.at_height(contact.sphere_height());
             let guess = near.unwrap_or((share, j as f64 / (instants - 1) as f64));
@@ -104,6 +106,35 @@ pub(super) fn assess(
                 worst.samples += 1;
             }
         }
+        worst.outside = worst.outside.max(gouge_beside(chart, family, motion, t).ok_or(degenerate)?);
     }
     Ok(worst)
+}
+
+/// Spans of the flutes above the strip at which their clearance is judged.
+const SPANS_ABOVE: usize = 8;
+
+/// Deepest gouge, mm, at `t` by the tool's spheres above and below the rails.
+fn gouge_beside(chart: &Chart<'_>, family: &SphereFamily, motion: &RuledMotion, t: f64) -> Option<f64> {
+    let (lower, upper) = (motion.lower.point(t), motion.upper.point(t));
+    let length = (upper - lower).norm();
+    let axis = (upper - lower) / length;
+    let top = motion.lower_height + length;
+    let above = (0..=SPANS_ABOVE).map(|i| {
+        let height = top + (family.highest() - top).max(0.0) * i as f64 / SPANS_ABOVE as f64;
+        (height, family.radius(height).0)
+    });
+    let mut near = chart.foot(&upper, (1.0, t))?.frame.place;
+    let mut deepest: f64 = 0.0;
+    for (height, radius) in above.chain(family.below().iter().copied()).chain(family.body().iter().copied()) {
+        if (motion.lower_height..top).contains(&height) {
+            continue;
+        }
+        let foot = chart.foot(&(lower + axis * (height - motion.lower_height)), near)?;
+        near = foot.frame.place;
+        if foot.frame.inside() {
+            deepest = deepest.max(radius - foot.distance);
+        }
+    }
+    Some(deepest)
 }

@@ -20,6 +20,8 @@ pub(super) struct SphereFamily {
     flank: Vec<(f64, f64)>,
     /// Contact height of each entry of `flank`.
     contacts: Vec<f64>,
+    /// Spheres of the flutes below the flank in use, and of their rounded or sharp end.
+    below: Vec<(f64, f64)>,
     /// Heights and radii of shank and holder profile points, which must stay clear.
     body: Vec<(f64, f64)>,
 }
@@ -35,6 +37,11 @@ impl SphereFamily {
             .collect();
         table.dedup_by(|b, a| b.sphere_height() - a.sphere_height() < 1e-12);
         let flank: Vec<(f64, f64)> = table.iter().map(|c| (c.sphere_height(), c.sphere_radius())).collect();
+        let below = (0..=FLUTES_BELOW)
+            .filter_map(|i| tool.contact_at(from * i as f64 / FLUTES_BELOW as f64))
+            .filter(|c| c.normal_radial > 1e-3)
+            .map(|c| (c.sphere_height(), c.sphere_radius()))
+            .collect();
         let body = tool
             .body()
             .filter(|(_, element)| element.end().height - element.start().height > 1e-9)
@@ -47,7 +54,7 @@ impl SphereFamily {
             })
             .collect();
         let contacts = table.iter().map(|c| c.point.height).collect();
-        (flank.len() >= 2).then_some(Self { flank, contacts, body })
+        (flank.len() >= 2).then_some(Self { flank, contacts, below, body })
     }
 
     /// Sphere centre height of the lowest flank point.
@@ -58,6 +65,11 @@ impl SphereFamily {
     /// Sphere centre height of the highest flank point.
     pub(super) fn highest(&self) -> f64 {
         self.flank[self.flank.len() - 1].0
+    }
+
+    /// Flutes below the flank in use: (height, radius).
+    pub(super) fn below(&self) -> &[(f64, f64)] {
+        &self.below
     }
 
     /// Shank and holder points: (height, radius).
@@ -339,27 +351,32 @@ impl<'a> StripFit<'a> {
         push(foot.frame.along_gauge(), h_off, 0.1 * weight(inside_time));
     }
 
-    /// One-sided rows: flutes above the strip, shank and holder must not gouge the surface.
+    /// One-sided rows: flutes above and below the strip, shank and holder must not gouge the surface.
     fn clearance_rows(&mut self, j: usize, a: &Point, d: &Vector, length: f64, rows: &mut Vec<Row>) -> Option<()> {
         let scale = self.weights.clearance / (self.times.len() * self.shares.len()) as f64;
         let first = self.times.len() * self.shares.len() + j * outside_points(self.family);
         let upper_height = self.lower_height + length;
         let above = (self.family.highest() - upper_height).max(0.0);
-        let flutes = (1..=FLUTES_ABOVE).map(|i| {
+        let flutes_above = (1..=FLUTES_ABOVE).map(|i| {
             let height = upper_height + above * i as f64 / FLUTES_ABOVE as f64;
             (height, self.family.radius(height).0)
         });
-        let points: Vec<(f64, f64)> = flutes.chain(self.family.body().iter().copied()).collect();
+        let flutes_below = self.family.below.iter().copied();
+        let points: Vec<(f64, f64)> =
+            flutes_above.chain(flutes_below).chain(self.family.body().iter().copied()).collect();
         for (i, (height, radius)) in points.into_iter().enumerate() {
             let f = (height - self.lower_height) / length;
-            if f < 1.0 {
+            if (0.0..1.0).contains(&f) {
                 continue;
             }
             let centre = a + d * (height - self.lower_height);
             let foot = self.chart.foot(&centre, self.hints[first + i])?;
             self.hints[first + i] = foot.frame.place;
             let deviation = foot.distance - radius;
-            if deviation >= 0.0 || !foot.frame.inside() {
+            // A little beyond the borders too: the deepest gouge is often at the border, between two samples.
+            let (g, h) = foot.frame.place;
+            let near = (-0.03..=1.03).contains(&g) && (-0.03..=1.03).contains(&h);
+            if deviation >= 0.0 || !near {
                 continue;
             }
             // c = a + beta d at fixed beta, so only the turn of d counts: its part along d drops out.
@@ -372,12 +389,14 @@ impl<'a> StripFit<'a> {
 }
 
 /// The rest of the tool is looked at every so many instants: it must only stay clear.
-const CLEARANCE_STRIDE: usize = 4;
+const CLEARANCE_STRIDE: usize = 3;
+/// Spans sampled on the flutes below the flank in use.
+const FLUTES_BELOW: usize = 3;
 /// Points sampled on the flutes above the strip.
-const FLUTES_ABOVE: usize = 6;
+const FLUTES_ABOVE: usize = 8;
 
 fn outside_points(family: &SphereFamily) -> usize {
-    FLUTES_ABOVE + family.body().len()
+    FLUTES_ABOVE + family.below.len() + family.body().len()
 }
 
 impl LeastSquares for StripFit<'_> {

@@ -5,8 +5,8 @@ use super::chart::{Chart, Frame};
 use super::fit::SphereFamily;
 use super::layout::choose_layout;
 use super::link::{LinkSizes, Obstacles, link};
-use super::start::Band;
-use super::strip::{FittedStrip, Limits, Resolution, fit_strip, lay_strip};
+use super::start::{Band, ruling};
+use super::strip::{Effort, FittedStrip, Limits, Resolution, fit_strip, lay_strip};
 use super::{Method, PlanRequest, StrategyKind};
 use crate::diagnostic::{Diagnostic, Result};
 use crate::geometry::{Point, Vector};
@@ -22,7 +22,11 @@ const OVERLAP: f64 = 0.25;
 /// How far strips run past the surface's ends before they lead out, mm: far enough for the fit's free ends.
 const OVERRUN: f64 = 3.0;
 /// Most rounds in which borders are moved to even out the strips' errors.
-const EVENING_ROUNDS: usize = 3;
+const EVENING_ROUNDS: usize = 2;
+/// Effort while borders are still moved: (steps, rounds of reweighting).
+const QUICK: (usize, usize) = (16, 1);
+/// Effort at the end.
+const FULL: (usize, usize) = (36, 14);
 
 /// One planning run.
 pub(super) struct Planner<'a> {
@@ -73,35 +77,50 @@ impl<'a> Planner<'a> {
         strips.iter().map(|s| limits.strain(&s.deviation)).fold(0.0, f64::max)
     }
 
-    /// `count` strips whose borders are moved until their errors are alike, or all small enough.
+    /// `count` strips whose borders are moved until their errors are alike, or all small enough. Borders are judged by
+    /// quick fits; only the best ones are fitted with full effort.
     fn even(&self, count: usize) -> Result<Vec<FittedStrip>> {
         let mut borders = self.equal_borders(count)?;
-        let mut best = self.fit(&borders)?;
-        if self.request.strategy.method == Method::Rulings {
-            return Ok(best);
+        if count == 1 || self.request.strategy.method == Method::Rulings {
+            return self.fit(&borders, FULL);
         }
-        let mut last = best.clone();
-        for _ in 0..EVENING_ROUNDS {
-            if count == 1 || self.strain(&best) <= 0.8 {
+        let mut best: Option<(f64, Vec<f64>)> = None;
+        let mut fitted = self.fit(&borders, QUICK)?;
+        for round in 0..=EVENING_ROUNDS {
+            let strain = self.strain(&fitted);
+            if best.as_ref().is_none_or(|(least, _)| strain < *least) {
+                best = Some((strain, borders.clone()));
+            }
+            if strain <= 0.8 || round == EVENING_ROUNDS {
                 break;
             }
-            let limits = self.limits();
-            let widths: Vec<f64> = borders
-                .windows(2)
-                .zip(&last)
-                .map(|(pair, strip)| (pair[1] - pair[0]) * limits.strain(&strip.deviation).max(0.05).powf(-0.35))
-                .collect();
-            let total: f64 = widths.iter().sum();
-            for (i, width) in widths.iter().enumerate().take(count - 1) {
-                borders[i + 1] = borders[i] + width / total;
-            }
-            let Ok(moved) = self.fit(&borders) else { break };
-            if self.strain(&moved) < self.strain(&best) {
-                best = moved.clone();
-            }
-            last = moved;
+            let wanted = self.evened(&borders, &fitted);
+            // A full step can ask for more than the flute reaches; a shorter one in the same sense still helps.
+            let tried = [1.0, 0.5, 0.25].iter().find_map(|share| {
+                let moved: Vec<f64> = borders.iter().zip(&wanted).map(|(b, w)| b + share * (w - b)).collect();
+                self.fit(&moved, QUICK).ok().map(|strips| (moved, strips))
+            });
+            let Some((moved, strips)) = tried else { break };
+            (borders, fitted) = (moved, strips);
         }
-        Ok(best)
+        let borders = best.map_or(borders, |(_, borders)| borders);
+        self.fit(&borders, FULL)
+    }
+
+    /// Borders with the strips' widths changed against their strain.
+    fn evened(&self, borders: &[f64], strips: &[FittedStrip]) -> Vec<f64> {
+        let limits = self.limits();
+        let widths: Vec<f64> = borders
+            .windows(2)
+            .zip(strips)
+            .map(|(pair, strip)| (pair[1] - pair[0]) * limits.strain(&strip.deviation).max(0.1).powf(-0.35))
+            .collect();
+        let total: f64 = widths.iter().sum();
+        let mut moved = borders.to_vec();
+        for (i, width) in widths.iter().enumerate().take(strips.len() - 1) {
+            moved[i + 1] = moved[i] + width / total;
+        }
+        moved
     }
 
     /// Planned errors leave room for blocks and rounding.
@@ -110,51 +129,53 @@ impl<'a> Planner<'a> {
         Limits { overcut: room(self.request.overcut_tolerance), undercut: room(self.request.undercut_tolerance) }
     }
 
-    fn fit(&self, borders: &[f64]) -> Result<Vec<FittedStrip>> {
+    fn fit(&self, borders: &[f64], effort: (usize, usize)) -> Result<Vec<FittedStrip>> {
         let count = borders.len() - 1;
         let fitted: Vec<Result<FittedStrip>> = borders
             .par_windows(2)
             .enumerate()
-            .map(|(index, pair)| self.fit_one(pair[0], pair[1]).map_err(|e| name_strip(e, index, count)))
+            .map(|(index, pair)| self.fit_one(pair[0], pair[1], effort).map_err(|e| name_strip(e, index, count)))
             .collect();
         fitted.into_iter().collect()
     }
 
-    fn fit_one(&self, low: f64, high: f64) -> Result<FittedStrip> {
+    fn fit_one(&self, low: f64, high: f64, effort: (usize, usize)) -> Result<FittedStrip> {
         let (band, resolution) = self.band(low, high)?;
+        self.check_flute(&band)?;
         let (chart, tool, family) = (&self.chart, self.request.tool, &self.family);
         let strategy = self.request.strategy;
         let fitted = match strategy.method {
             Method::Rulings => lay_strip(chart, tool, family, &band, &resolution),
             Method::Regulus => {
-                fit_strip(chart, tool, family, &band, (&resolution, &self.limits()), 1e-9 * strategy.fairness)
+                let (steps, rounds) = effort;
+                let effort = Effort { fairness: 1e-9 * strategy.fairness, steps, rounds };
+                fit_strip(chart, tool, family, &band, (&resolution, &self.limits()), &effort)
             }
         };
-        let strip = fitted.map_err(|e| {
+        fitted.map_err(|e| {
             Diagnostic::error(e.to_string()).help("use more strips, a shorter or slimmer tool, or another direction")
-        })?;
-        self.check_engagement(&strip)?;
-        Ok(strip)
+        })
     }
 
-    /// The flank must be long enough for the strip.
-    fn check_engagement(&self, strip: &FittedStrip) -> Result<()> {
-        let motion = &strip.motion;
-        let (start, end) = motion.domain();
-        let reach = self.family.highest() - motion.lower_height;
-        for i in 0..=100 {
-            let t = start + (end - start) * f64::from(i) / 100.0;
-            let needed = (motion.upper.point(t) - motion.lower.point(t)).norm();
-            if needed > reach + 1e-6 {
-                let at = motion.lower.point(t);
-                return Err(Diagnostic::error(format!(
-                    "the tool is too short by {:.3} mm: near ({:.2}, {:.2}, {:.2}) the strip needs {needed:.3} mm of flank, the tool has {reach:.3} mm",
-                    needed - reach, at.x, at.y, at.z
-                ))
-                .help("give a longer [tool] flute_length, a smaller [strategy] engage_from, or more strips"));
+    /// The flank must be long enough for the band, even with rulings straight across it.
+    fn check_flute(&self, band: &Band) -> Result<()> {
+        let reach = self.family.highest() - self.family.lowest();
+        let mut worst: Option<(f64, Point)> = None;
+        for j in 0..=20 {
+            let h = f64::from(j) / 20.0;
+            let ends = (band.borders.low, band.borders.high);
+            let Some(found) = ruling(&self.chart, &self.family, self.family.lowest(), ends, (h, h)) else { continue };
+            let needed = (found.upper - found.lower).norm();
+            if needed > reach && worst.is_none_or(|(most, _)| needed > most) {
+                worst = Some((needed, self.frame((band.borders.low, h))?.point));
             }
         }
-        Ok(())
+        let Some((needed, at)) = worst else { return Ok(()) };
+        Err(Diagnostic::error(format!(
+            "the tool is too short by {:.3} mm: near ({:.2}, {:.2}, {:.2}) the strip needs {needed:.3} mm of flank, the tool has {reach:.3} mm",
+            needed - reach, at.x, at.y, at.z
+        ))
+        .help("give a longer [tool] flute_length, a smaller [strategy] engage_from, or more strips"))
     }
 
     /// The tool must fit into the hollows of the part, across its axis.
@@ -212,10 +233,11 @@ impl<'a> Planner<'a> {
     }
 
     fn band(&self, low: f64, high: f64) -> Result<(Band, Resolution)> {
-        let (mut narrow, mut long) = (f64::INFINITY, 0.0);
+        let (mut narrow, mut wide, mut long) = (f64::INFINITY, 0.0_f64, 0.0);
         for j in 0..=8 {
             let h = f64::from(j) / 8.0;
-            narrow = (self.frame((high, h))?.point - self.frame((low, h))?.point).norm().min(narrow);
+            let width = (self.frame((high, h))?.point - self.frame((low, h))?.point).norm();
+            (narrow, wide) = (narrow.min(width), wide.max(width));
             if j > 0 {
                 let middle = 0.5 * (low + high);
                 long += (self.frame((middle, h))?.point - self.frame((middle, h - 0.125))?.point).norm();
@@ -224,7 +246,8 @@ impl<'a> Planner<'a> {
         let overlap = OVERLAP.max(0.03 * narrow) * (high - low) / narrow;
         // A control point about every two millimetres; looked at twice as densely, so that nodes hide no overshoot.
         let controls = ((long / 2.0).ceil() as usize).clamp(24, 60);
-        let resolution = Resolution { controls, instants: 2 * controls + 1, heights: 15 };
+        let heights = ((wide / 2.0).ceil() as usize + 6).clamp(8, 15);
+        let resolution = Resolution { controls, instants: 2 * controls + 1, heights };
         let band = Band {
             // Neighbours overlap; each must cover a little more than its own band.
             borders: Borders { low: low - 0.2 * overlap, high: high + 0.2 * overlap },

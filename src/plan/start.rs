@@ -155,6 +155,8 @@ fn choose_slants(
     let step = LARGEST_SLANT * width / f64::from(SLANTS) / middle.along.norm();
     let candidates: Vec<f64> = (-SLANTS..=SLANTS).map(|i| f64::from(i) * step).collect();
     let interval = times[1] - times[0];
+    // A slanted ruling needs a longer flank; the fit may lengthen it a little more.
+    let longest = 0.93 * (family.highest() - lower_height);
     let price = 1e-9 * width * width;
     let mut best: Vec<f64> = Vec::new();
     let mut from: Vec<Vec<usize>> = Vec::new();
@@ -164,7 +166,8 @@ fn choose_slants(
             .map(|slant| {
                 let found = ruling(chart, family, lower_height, (band.low, band.high), (*h, h + slant));
                 let lean = slant / (step * f64::from(SLANTS));
-                found.map_or(f64::INFINITY, |r| r.misfit * r.misfit + price * lean * lean)
+                let fits = |r: &Ruling| *slant == 0.0 || (r.upper - r.lower).norm() <= longest;
+                found.filter(fits).map_or(f64::INFINITY, |r| r.misfit * r.misfit + price * lean * lean)
             })
             .collect();
         if j == 0 {

@@ -20,7 +20,7 @@ pub(super) struct Limits {
 impl Limits {
     /// Largest of both errors, each as a share of its limit.
     pub(super) fn strain(&self, deviation: &Deviation) -> f64 {
-        (deviation.overcut / self.overcut).max(deviation.undercut / self.undercut)
+        (deviation.overcut.max(deviation.outside) / self.overcut).max(deviation.undercut / self.undercut)
     }
 }
 
@@ -60,8 +60,19 @@ pub(super) enum StripError {
     Envelope(#[from] AssessError),
 }
 
-/// Most rounds of reweighting.
-const ROUNDS: usize = 14;
+/// Weight of a gouge beside the strip, against 1 for a deviation on it: nearly a constraint.
+const CLEARANCE: f64 = 100.0;
+
+/// How the optimizer works on a strip.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Effort {
+    /// Weight of second differences.
+    pub(super) fairness: f64,
+    /// Most steps of the first fit at its final fairness.
+    pub(super) steps: usize,
+    /// Most rounds of reweighting.
+    pub(super) rounds: usize,
+}
 
 /// Lays the tool on rulings across the band, both end spheres touching, and optimizes nothing.
 pub(super) fn lay_strip(
@@ -90,13 +101,13 @@ pub(super) fn fit_strip(
     family: &SphereFamily,
     band: &Band,
     goal: (&Resolution, &Limits),
-    fairness: f64,
+    effort: &Effort,
 ) -> Result<FittedStrip, StripError> {
     let start = start_strip(chart, family, family.lowest(), band).ok_or(StripError::NoStart)?;
     let mut last = Err(StripError::BrokeDown);
     for anchor in [1e-5, 1e-4, 1e-3, 1e-2] {
-        let weights = FitWeights { extension: 0.3, anchor, fairness, clearance: 4.0 };
-        last = fit_anchored(chart, tool, family, (band, &start), goal, weights);
+        let weights = FitWeights { extension: 0.3, anchor, fairness: effort.fairness, clearance: CLEARANCE };
+        last = fit_anchored(chart, tool, family, (band, &start), goal, (weights, effort));
         if last.is_ok() {
             break;
         }
@@ -110,16 +121,16 @@ fn fit_anchored(
     family: &SphereFamily,
     (band, start): (&Band, &StripStart),
     (resolution, limits): (&Resolution, &Limits),
-    weights: FitWeights,
+    (weights, effort): (FitWeights, &Effort),
 ) -> Result<FittedStrip, StripError> {
     let mut fit = StripFit::new(chart, family, &start.spec, resolution.controls, resolution.heights, weights)
         .ok_or(StripError::BrokeDown)?;
     let mut x = fit.start(&start.rulings).ok_or(StripError::BrokeDown)?;
     let mut steps = 0;
     // Strong fairness first: it carries the rails past the places where the part's fine shape would trap them.
-    for (factor, max_steps) in [(1e4, 12), (1e2, 12), (1.0, 40)] {
+    for (factor, max_steps) in [(1e4, effort.steps / 4), (1e2, effort.steps / 4), (1.0, effort.steps)] {
         fit.weights.fairness = weights.fairness * factor;
-        let settings = Settings { max_steps, cost_share: 1e-6, ..Settings::default() };
+        let settings = Settings { max_steps, cost_share: 1e-5, ..Settings::default() };
         steps += minimize(&mut fit, &mut x, &settings).ok_or(StripError::BrokeDown)?.steps;
         fit.recount();
     }
@@ -130,16 +141,21 @@ fn fit_anchored(
         Ok(FittedStrip { motion, deviation, steps: 0 })
     };
     let mut best = judge(&fit, &x)?;
-    for _ in 0..ROUNDS {
-        if limits.strain(&best.deviation) < 0.3 {
+    let mut gouge = best.deviation.outside;
+    for _ in 0..effort.rounds {
+        if limits.strain(&best.deviation) < 0.4 {
             break;
         }
         fit.recount();
         reweight(&mut fit, limits);
-        let settings = Settings { max_steps: 8, cost_share: 1e-4, ..Settings::default() };
+        if gouge > 0.3 * limits.overcut {
+            fit.weights.clearance *= 3.0;
+        }
+        let settings = Settings { max_steps: 6, cost_share: 1e-4, ..Settings::default() };
         let Some(outcome) = minimize(&mut fit, &mut x, &settings) else { break };
         steps += outcome.steps;
         let Ok(candidate) = judge(&fit, &x) else { break };
+        gouge = candidate.deviation.outside;
         if limits.strain(&candidate.deviation) < limits.strain(&best.deviation) {
             best = candidate;
         }
