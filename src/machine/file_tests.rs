@@ -58,7 +58,10 @@ fn rates_and_numbers() {
     assert_says(&complaint("pivot = [5, 13, 40]", "pivot = [5, nan, 40]"), &["nan is not a finite number"]);
     let text = builtin("xyzac-trt").unwrap().replacen("pivot = [5, 13, 40]", "pivot = [5, 13]", 1);
     let said = Machine::read("m.toml", &text).unwrap_err().to_string();
-    assert_says(&said, &["expected an array of length 3", &format!("m.toml:{}:9", line_of("pivot"))]);
+    assert_says(
+        &said,
+        &["a list of length 2", "write a list of 3 in square brackets", &format!("m.toml:{}:9", line_of("pivot"))],
+    );
     assert_says(&complaint("pivot = [5, 13, 40]", "pivot = [5, 13, 4e7]"), &["no machine has"]);
     assert_says(&complaint("speed = 30000", "speed = \"fast\""), &["wrong type", "write a number"]);
 }
