@@ -1,7 +1,7 @@
 //! What a strip's envelope does to the part, sampled densely between the instants that the fit saw.
 
 use super::chart::Chart;
-use super::fit::SphereFamily;
+use super::fit::{BODY_MARGIN, SphereFamily};
 use crate::envelope::{NoContact, envelope_point};
 use crate::motion::RuledMotion;
 use crate::tool::Tool;
@@ -126,13 +126,15 @@ fn gouge_beside(chart: &Chart<'_>, family: &SphereFamily, motion: &RuledMotion, 
     });
     let mut near = chart.foot(&upper, (1.0, t))?.frame.place;
     let mut deepest: f64 = 0.0;
-    for (height, radius) in above.chain(family.below().iter().copied()).chain(family.body().iter().copied()) {
+    let flutes = above.chain(family.below().iter().copied()).map(|sphere| (sphere, 0.0));
+    let body = family.body().iter().map(|sphere| (*sphere, BODY_MARGIN));
+    for ((height, radius), margin) in flutes.chain(body) {
         if (motion.lower_height..top).contains(&height) {
             continue;
         }
         let foot = chart.foot(&(lower + axis * (height - motion.lower_height)), near)?;
         near = foot.frame.place;
-        if foot.frame.inside() {
+        if foot.frame.within(margin) {
             deepest = deepest.max(radius - foot.distance);
         }
     }

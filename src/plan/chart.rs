@@ -49,7 +49,13 @@ pub(super) struct ChartFoot {
 impl Frame {
     /// True where the place is on the surface itself, not on its extension.
     pub(super) fn inside(&self) -> bool {
-        (0.0..=1.0).contains(&self.place.0) && (0.0..=1.0).contains(&self.place.1)
+        self.within(0.0)
+    }
+
+    /// True where the place is on the surface or within `margin` of it, in chart coordinates.
+    pub(super) fn within(&self, margin: f64) -> bool {
+        let range = -margin..=1.0 + margin;
+        range.contains(&self.place.0) && range.contains(&self.place.1)
     }
 
     /// Unit tangent perpendicular to the lines g = const, and the rate of g along it, 1/mm.

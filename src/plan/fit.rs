@@ -46,7 +46,7 @@ impl SphereFamily {
             .body()
             .filter(|(_, element)| element.end().height - element.start().height > 1e-9)
             .flat_map(|(_, element)| {
-                let count = (element.length() / 8.0).ceil().clamp(1.0, 6.0) as usize;
+                let count = (element.length() / 6.0).ceil().clamp(1.0, 16.0) as usize;
                 (0..=count).map(move |i| {
                     let contact = element.contact(i as f64 / count as f64);
                     (contact.sphere_height(), contact.sphere_radius())
@@ -364,6 +364,7 @@ impl<'a> StripFit<'a> {
         let flutes_below = self.family.below.iter().copied();
         let points: Vec<(f64, f64)> =
             flutes_above.chain(flutes_below).chain(self.family.body().iter().copied()).collect();
+        let beside = FLUTES_ABOVE + self.family.below.len();
         for (i, (height, radius)) in points.into_iter().enumerate() {
             let f = (height - self.lower_height) / length;
             if (0.0..1.0).contains(&f) {
@@ -373,9 +374,8 @@ impl<'a> StripFit<'a> {
             let foot = self.chart.foot(&centre, self.hints[first + i])?;
             self.hints[first + i] = foot.frame.place;
             let deviation = foot.distance - radius;
-            // A little beyond the borders too: the deepest gouge is often at the border, between two samples.
-            let (g, h) = foot.frame.place;
-            let near = (-0.03..=1.03).contains(&g) && (-0.03..=1.03).contains(&h);
+            let margin = if i < beside { BESIDE_MARGIN } else { BODY_MARGIN };
+            let near = foot.frame.within(margin);
             if deviation >= 0.0 || !near {
                 continue;
             }
@@ -390,6 +390,11 @@ impl<'a> StripFit<'a> {
 
 /// The rest of the tool is looked at every so many instants: it must only stay clear.
 const CLEARANCE_STRIDE: usize = 3;
+/// How far beyond the surface, in chart coordinates, flutes beside the strip must stay clear of its extension: the
+/// deepest gouge is often at the border, between two samples.
+const BESIDE_MARGIN: f64 = 0.03;
+/// The same for shank and holder, whose samples lie farther apart.
+pub(super) const BODY_MARGIN: f64 = 0.1;
 /// Spans sampled on the flutes below the flank in use.
 const FLUTES_BELOW: usize = 3;
 /// Points sampled on the flutes above the strip.

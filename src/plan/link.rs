@@ -134,15 +134,13 @@ fn ways(
     Ok(Ways { outer_start, lateral_start, lead_start, start, end, lead_end, lateral_end, outer_end })
 }
 
-/// The pose at `t`, and the one `way` mm farther along the motion's tangent there.
+/// The pose at `t`, and the one `way` mm farther along the path of the flank's middle. The axis is held: turning on at
+/// the motion's rate could swing shank and flutes into the part beside the strip.
 fn lead(motion: &RuledMotion, t: f64, way: f64) -> Option<(Pose, Pose)> {
     let rate = motion.pose_rate(t)?;
     let middle = (motion.upper.point(t) - motion.lower.point(t)).norm() / 2.0 + motion.lower_height;
-    let speed = (rate.tip_rate + rate.axis_rate * middle).norm();
-    let time = way / speed;
-    let axis = Direction::try_new(rate.pose.axis.into_inner() + rate.axis_rate * time, 1e-9)?;
-    let ahead = Pose { tip: rate.pose.tip + rate.tip_rate * time, axis };
-    time.is_finite().then_some((rate.pose, ahead))
+    let tangent = Direction::try_new(rate.tip_rate + rate.axis_rate * middle, 1e-9)?;
+    Some((rate.pose, Pose { tip: rate.pose.tip + tangent.into_inner() * way, axis: rate.pose.axis }))
 }
 
 /// Off the surface along its normal, then out of the clearance sphere along the tool's axis.
