@@ -1,7 +1,7 @@
 //! What a strip's envelope does to the part, sampled densely between the instants that the fit saw.
 
 use super::chart::Chart;
-use super::fit::{BODY_MARGIN, SphereFamily};
+use super::fit::{BODY_MARGIN, SphereFamily, side_foot};
 use crate::envelope::{NoContact, envelope_point};
 use crate::motion::RuledMotion;
 use crate::tool::Tool;
@@ -126,16 +126,23 @@ fn gouge_beside(chart: &Chart<'_>, family: &SphereFamily, motion: &RuledMotion, 
     });
     let mut near = chart.foot(&upper, (1.0, t))?.frame.place;
     let mut deepest: f64 = 0.0;
-    let flutes = above.chain(family.below().iter().copied()).map(|sphere| (sphere, 0.0));
-    let body = family.body().iter().map(|sphere| (*sphere, BODY_MARGIN));
-    for ((height, radius), margin) in flutes.chain(body) {
+    let flutes = above.chain(family.below().iter().copied()).map(|sphere| (sphere, false));
+    let body = family.body().iter().map(|sphere| (*sphere, true));
+    for ((height, radius), straight) in flutes.chain(body) {
         if (motion.lower_height..top).contains(&height) {
             continue;
         }
-        let foot = chart.foot(&(lower + axis * (height - motion.lower_height)), near)?;
+        let centre = lower + axis * (height - motion.lower_height);
+        let foot = chart.foot(&centre, near)?;
         near = foot.frame.place;
+        let (foot, depth, margin) = if straight {
+            let side = side_foot(chart, &centre, &axis, radius, &foot)?;
+            (side, -side.distance, BODY_MARGIN)
+        } else {
+            (foot, radius - foot.distance, 0.0)
+        };
         if foot.frame.within(margin) {
-            deepest = deepest.max(radius - foot.distance);
+            deepest = deepest.max(depth);
         }
     }
     Some(deepest)

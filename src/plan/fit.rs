@@ -371,12 +371,15 @@ impl<'a> StripFit<'a> {
                 continue;
             }
             let centre = a + d * (height - self.lower_height);
-            let foot = self.chart.foot(&centre, self.hints[first + i])?;
+            let mut foot = self.chart.foot(&centre, self.hints[first + i])?;
             self.hints[first + i] = foot.frame.place;
-            let deviation = foot.distance - radius;
-            let margin = if i < beside { BESIDE_MARGIN } else { BODY_MARGIN };
-            let near = foot.frame.within(margin);
-            if deviation >= 0.0 || !near {
+            let (deviation, margin) = if i < beside {
+                (foot.distance - radius, BESIDE_MARGIN)
+            } else {
+                foot = side_foot(self.chart, &centre, d, radius, &foot)?;
+                (foot.distance, BODY_MARGIN)
+            };
+            if deviation >= 0.0 || !foot.frame.within(margin) {
                 continue;
             }
             // c = a + beta d at fixed beta, so only the turn of d counts: its part along d drops out.
@@ -390,11 +393,24 @@ impl<'a> StripFit<'a> {
 
 /// The rest of the tool is looked at every so many instants: it must only stay clear.
 const CLEARANCE_STRIDE: usize = 3;
+/// The foot of the point of a cylinder of `radius` about the axis `d` that is nearest the part, seen from its centre's
+/// foot: shank and holder end abruptly, so their spheres would reach past their ends.
+pub(super) fn side_foot(
+    chart: &Chart<'_>,
+    centre: &Point,
+    d: &Vector,
+    radius: f64,
+    foot: &ChartFoot,
+) -> Option<ChartFoot> {
+    let toward = -(foot.frame.normal - d * foot.frame.normal.dot(d)).normalize();
+    chart.foot(&(centre + toward * radius), foot.frame.place)
+}
+
 /// How far beyond the surface, in chart coordinates, flutes beside the strip must stay clear of its extension: the
 /// deepest gouge is often at the border, between two samples.
 const BESIDE_MARGIN: f64 = 0.03;
 /// The same for shank and holder, whose samples lie farther apart.
-pub(super) const BODY_MARGIN: f64 = 0.1;
+pub(super) const BODY_MARGIN: f64 = 0.05;
 /// Spans sampled on the flutes below the flank in use.
 const FLUTES_BELOW: usize = 3;
 /// Points sampled on the flutes above the strip.
