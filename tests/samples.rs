@@ -1,0 +1,99 @@
+//! The samples, whole: each job runs with one command, passes, and comes to its figures.
+
+#[cfg(test)]
+mod tests {
+    use serde_json::Value;
+    use std::path::{Path, PathBuf};
+    use std::process::{Command, Output};
+
+    /// The overcut that laying the tool on the impeller's rulings leaves, over that of the fitted motion.
+    const BETTER_THAN_RULINGS: f64 = 5.0;
+
+    fn folder(sample: &str) -> PathBuf {
+        Path::new(env!("CARGO_MANIFEST_DIR")).join("samples").join(sample)
+    }
+
+    fn regulus(job: &Path, out: &Path, threads: usize) -> Output {
+        Command::new(env!("CARGO_BIN_EXE_regulus"))
+            .args(["--threads", &threads.to_string(), "run"])
+            .arg(job)
+            .arg("--out")
+            .arg(out)
+            .output()
+            .unwrap()
+    }
+
+    /// Runs a sample; its record and the folder it wrote.
+    fn run(sample: &str) -> (Value, tempfile::TempDir) {
+        let out = tempfile::tempdir().unwrap();
+        let output = regulus(&folder(sample).join("job.toml"), out.path(), 2);
+        assert!(output.status.success(), "{sample}: {}{}", text(&output.stdout), text(&output.stderr));
+        (record(out.path()), out)
+    }
+
+    fn record(out: &Path) -> Value {
+        serde_json::from_slice(&std::fs::read(out.join("verify.json")).unwrap()).unwrap()
+    }
+
+    fn text(bytes: &[u8]) -> String {
+        String::from_utf8_lossy(bytes).into_owned()
+    }
+
+    fn figure(record: &Value, key: &str) -> f64 {
+        record["deviation"][key].as_f64().unwrap()
+    }
+
+    fn assert_within(record: &Value, overcut: f64, undercut: f64) {
+        assert_eq!(record["verdict"], "pass");
+        assert!(figure(record, "overcut_max_mm") <= overcut, "{record:#}");
+        assert!(figure(record, "undercut_max_mm") <= undercut, "{record:#}");
+    }
+
+    /// The program's flank must come back to the tool path within the allowance for blocks.
+    fn assert_comes_back(record: &Value, allowance: f64) {
+        let tip = record["round_trip"]["tip_max_mm"].as_f64().unwrap();
+        assert!(tip <= 1.5 * allowance, "tip {tip} mm off the tool path");
+    }
+
+    #[test]
+    fn exact_cone_is_cut_within_a_micron_with_the_same_bytes_on_any_number_of_threads() {
+        let (record, first) = run("exact-cone");
+        assert_within(&record, 0.001, 0.001);
+        assert_comes_back(&record, 0.0003);
+        let second = tempfile::tempdir().unwrap();
+        assert!(regulus(&folder("exact-cone").join("job.toml"), second.path(), 1).status.success());
+        for name in ["path.cl", "program.ngc", "verify.json", "report.html"] {
+            let read = |out: &tempfile::TempDir| std::fs::read(out.path().join(name)).unwrap();
+            assert!(read(&first) == read(&second), "{name} differs between 1 and 2 threads");
+        }
+    }
+
+    #[test]
+    fn ruled_impeller_is_several_times_better_than_the_tool_on_its_rulings() {
+        let (record, _out) = run("ruled-impeller");
+        assert_within(&record, 0.005, 0.030);
+        assert_comes_back(&record, 0.0005);
+        let scratch = tempfile::tempdir().unwrap();
+        let job = std::fs::read_to_string(folder("ruled-impeller").join("job.toml")).unwrap();
+        let job = job.replace("[strategy]", "[strategy]\nmethod = \"rulings\"");
+        std::fs::write(scratch.path().join("job.toml"), job).unwrap();
+        std::fs::copy(folder("ruled-impeller").join("pressure-side.json"), scratch.path().join("pressure-side.json"))
+            .unwrap();
+        let out = scratch.path().join("out");
+        assert_eq!(regulus(&scratch.path().join("job.toml"), &out, 2).status.code(), Some(1));
+        let rulings = self::record(&out);
+        let worst = |r: &Value| figure(r, "overcut_max_mm").max(figure(r, "undercut_max_mm"));
+        let overcut = figure(&rulings, "overcut_max_mm") / figure(&record, "overcut_max_mm");
+        assert!(overcut >= BETTER_THAN_RULINGS, "overcut only {overcut} times better");
+        assert!(worst(&rulings) >= 3.0 * worst(&record), "{} against {}", worst(&record), worst(&rulings));
+    }
+
+    #[test]
+    fn rotor_37_is_cut_within_tolerance_over_its_whole_pressure_side() {
+        let (record, _out) = run("rotor37");
+        assert_within(&record, 0.010, 0.030);
+        assert_comes_back(&record, 0.001);
+        assert_eq!(record["strips"]["count"], 25);
+        assert_eq!(record["deviation"]["uncut_share"], 0.0);
+    }
+}
