@@ -90,6 +90,28 @@ mod tests {
         assert!((undercut.0 - undercut.1).abs() <= CYCLES, "undercut {undercut:?}");
     }
 
+    /// The samples' whole programs.
+    fn check_sample(name: &str) {
+        if present(name) {
+            follow(&Emitted::sample(name));
+        }
+    }
+
+    #[test]
+    fn exact_cone() {
+        check_sample("exact-cone");
+    }
+
+    #[test]
+    fn ruled_impeller() {
+        check_sample("ruled-impeller");
+    }
+
+    #[test]
+    fn rotor37() {
+        check_sample("rotor37");
+    }
+
     #[test]
     fn xyzac_trt_with_tcp() {
         check("xyzac-trt", true);

@@ -1,4 +1,4 @@
-//! Programs of a short job for any machine, and what this project says that they do.
+//! Programs of a short job for any machine, and of the samples, and what this project says that they do.
 
 use crate::rig::Rig;
 use regulus::job::Job;
@@ -8,6 +8,8 @@ use regulus::nc::{Program, Rules, read};
 use regulus::pipeline::{InputFile, Inputs, judge, plan, post_job};
 use regulus::simulate::ToolMotion;
 use regulus::verify::{DeviationRecord, Settings, Subject, verify};
+use std::fs;
+use std::path::Path;
 use std::sync::OnceLock;
 
 const JOB: &str = include_str!("job.toml");
@@ -36,6 +38,17 @@ fn inputs(name: &str, tcp: bool, change: impl Fn(&mut DialectOptions)) -> Inputs
     Inputs::read(job, part, &[], &machine, builtin(name).unwrap()).unwrap()
 }
 
+/// A sample's job.
+fn sample(name: &str) -> Inputs {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("samples").join(name);
+    let job = Job::read(&fs::read_to_string(folder.join("job.toml")).unwrap(), "job.toml").unwrap();
+    assert!(job.part.check.is_empty(), "sample {name} has check surfaces, which are not read here");
+    let bytes = fs::read(folder.join(&job.part.file)).unwrap();
+    let (file, machine) = (job.part.file.clone(), job.machine.file.clone());
+    let part = InputFile { name: &file, bytes: &bytes };
+    Inputs::read(job, part, &[], &Machine::named(&machine).unwrap(), builtin(&machine).unwrap()).unwrap()
+}
+
 impl Emitted {
     /// Plans, writes, reads back, follows and verifies the program for a machine, with TCP on or off.
     pub(crate) fn new(machine: &str, tcp: bool) -> Self {
@@ -49,6 +62,13 @@ impl Emitted {
         let inputs = inputs(machine, tcp, change);
         let path = PATH.get_or_init(|| plan(&inputs).unwrap().path);
         Self::from_path(inputs, path)
+    }
+
+    /// The same for a sample and its machine.
+    pub(crate) fn sample(name: &str) -> Self {
+        let inputs = sample(name);
+        let path = plan(&inputs).unwrap().path;
+        Self::from_path(inputs, &path)
     }
 
     fn from_path(inputs: Inputs, path: &ToolPath) -> Self {

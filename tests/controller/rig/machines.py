@@ -14,6 +14,9 @@ SELECTED = f"motion.analog-out-{SWITCH:02}"
 TOOL_LENGTH = "motion.tooloffset.z"
 # Samples that the buffer between controller and reader holds: milliseconds.
 DEPTH = 60000
+# Controller seconds that its parts wait for each other: on a busy computer with a fast clock many pass unused, and a part
+# that gives up ends the program without a word.
+PATIENCE = 1000
 
 
 @dataclass
@@ -82,7 +85,7 @@ SUBROUTINE_PATH = .
         text += "REMAP = M428 modalgroup=10 ngc=m428\nREMAP = M429 modalgroup=10 ngc=m429\n"
     text += f"""[EMCMOT]
 EMCMOT = motmod
-COMM_TIMEOUT = 5.0
+COMM_TIMEOUT = {PATIENCE}
 SERVO_PERIOD = 1000000
 [EMCIO]
 EMCIO = io
