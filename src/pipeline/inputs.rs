@@ -3,7 +3,7 @@
 use crate::diagnostic::{Diagnostic, Result};
 use crate::job::{Job, MachineSpec};
 use crate::machine::{DialectOptions, Machine, WorkOffset};
-use crate::part::{Part, ReadOptions, read};
+use crate::part::{DesignSurface, Part, ReadOptions, read};
 use sha2::{Digest, Sha256};
 
 /// Hexadecimal digits of an input hash: enough to tell the inputs of any two programs apart.
@@ -56,12 +56,25 @@ impl Inputs {
         let hash = hash(&hashed);
         match (surface, machine) {
             (Ok(surface), Ok(machine)) if findings.is_empty() => {
+                faces_out_of_bodies(&job, &surface, &surfaces).map_err(|e| vec![*e])?;
                 let part = Part { name: job.name.clone(), surface, check: surfaces };
                 Ok(Self { job, part, machine, hash })
             }
             _ => Err(findings),
         }
     }
+}
+
+/// A closed check surface is a body that the part's surface may bound: then it tells on which side the material is.
+fn faces_out_of_bodies(job: &Job, surface: &DesignSurface, check: &[DesignSurface]) -> Result<()> {
+    for body in check {
+        let DesignSurface::Mesh(body) = body else { continue };
+        surface.facing_of_body(body).require().map_err(|finding| {
+            let located = job.blame("part.file", finding.message);
+            finding.help.into_iter().fold(located, |located, help| located.help(help))
+        })?;
+    }
+    Ok(())
 }
 
 /// The first 16 hexadecimal digits of the SHA-256 of the inputs one after the other, as they are: job, part, check

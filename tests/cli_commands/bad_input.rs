@@ -39,6 +39,40 @@ fn several_missing_files_are_named_at_once() {
     call.refused("no.toml cannot be read", "job.toml:21:8");
 }
 
+/// A flat plate, 20 by 10 mm, and the block under it as ASCII STL.
+fn plate_on_block() -> (String, String) {
+    let plate = serde_json::json!({
+        "format": "regulus-bspline", "version": 1, "units": "mm", "degree": [1, 1],
+        "knots_u": [0, 0, 1, 1], "knots_v": [0, 0, 1, 1], "flip": false,
+        "control": [[[0, 0, 0], [0, 10, 0]], [[20, 0, 0], [20, 10, 0]]],
+    });
+    let corner = |i: usize| [20 * (i & 1), 10 * (i >> 1 & 1), i >> 2 & 1];
+    let faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    let mut stl = "solid block\n".to_owned();
+    for face in faces {
+        for [a, b, c] in [[0, 1, 2], [0, 2, 3]] {
+            stl += "facet normal 0 0 0\nouter loop\n";
+            for i in [a, b, c] {
+                let [x, y, z] = corner(face[i]);
+                stl += &format!("vertex {x} {y} {}\n", if z == 1 { 0 } else { -5 });
+            }
+            stl += "endloop\nendfacet\n";
+        }
+    }
+    (plate.to_string(), stl + "endsolid block\n")
+}
+
+#[test]
+fn normals_into_the_material_that_a_body_gives_away() {
+    let shop = Workshop::new();
+    let (plate, block) = plate_on_block();
+    shop.write("patch.json", plate);
+    shop.write("block.stl", block);
+    shop.job_with("file = \"patch.json\"", "file = \"patch.json\"\nflip = true\ncheck = [\"block.stl\"]");
+    run_refused(&shop, "point into the material", "job.toml:6:8");
+    run_refused(&shop, "flip = true under [part]", "");
+}
+
 #[test]
 fn wrong_keys_types_and_sizes_in_a_job() {
     let shop = Workshop::new();
