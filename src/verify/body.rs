@@ -168,22 +168,22 @@ impl Piece {
             return None;
         }
         let from = (height, rho);
-        // Below or above the slab the end discs count, beside it the profile; the corners belong to both.
-        let mut foot = if height < low.low {
-            nearest_on_segment((low.low, 0.0), (low.low, low.low_radius), from)
-        } else if height > high.high {
-            nearest_on_segment((high.high, 0.0), (high.high, high.high_radius), from)
-        } else {
-            low.nearest(height, rho)
-        };
         let square = |p: (f64, f64)| (p.0 - height).powi(2) + (p.1 - rho).powi(2);
-        let mut best = square(foot);
-        let mut owner = low;
-        for span in &self.spans {
-            let candidate = span.nearest(height, rho);
-            if square(candidate) < best {
-                (foot, best, owner) = (candidate, square(candidate), span);
+        let (mut foot, mut best, mut owner) = ((0.0, 0.0), f64::INFINITY, low);
+        let mut consider = |point: (f64, f64), span| {
+            let square = square(point);
+            if square < best {
+                (foot, best, owner) = (point, square, span);
             }
+        };
+        // Below or above the slab the end discs count, beside it the profile; the corners belong to both.
+        if height < low.low {
+            consider(nearest_on_segment((low.low, 0.0), (low.low, low.low_radius), from), low);
+        } else if height > high.high {
+            consider(nearest_on_segment((high.high, 0.0), (high.high, high.high_radius), from), high);
+        }
+        for span in &self.spans {
+            consider(span.nearest(height, rho), span);
         }
         let distance = best.sqrt();
         let (axial, radial) = if distance > 1e-9 {

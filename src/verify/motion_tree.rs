@@ -15,7 +15,8 @@ pub trait BlockMotion: Sync {
     fn pose(&self, block: usize, share: f64) -> Pose;
 
     /// Bound on how far the axis point at `height` mm above the tip leaves the straight chord between its places at the
-    /// shares `from` and `to` of a block, mm; convex in `height`.
+    /// shares `from` and `to` of a block, mm; convex in `height`. From a bound on its second derivative by the share
+    /// that holds in all of that stretch: within each half of it a quarter of this is a bound, too.
     fn chord_bound(&self, block: usize, from: f64, to: f64, height: f64) -> f64;
 
     /// True where the block moves as fast as the machine can.
@@ -57,8 +58,20 @@ pub(super) struct Linear {
     pub(super) pose: Pose,
     pub(super) tip_rate: Vector,
     pub(super) axis_rate: Vector,
+    /// Length of `axis_rate`.
+    pub(super) turn: f64,
     pub(super) tip_error: f64,
     pub(super) top_error: f64,
+}
+
+/// A stretch of one block with what halving it needs.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Part {
+    pub(super) stretch: Stretch,
+    /// Poses at its ends.
+    ends: [Pose; 2],
+    /// How far tip and reference point leave their chords.
+    bends: [f64; 2],
 }
 
 /// A stretch of one block with its linear motion.
@@ -113,7 +126,7 @@ impl Linear {
         let along = |height: f64| (self.tip_rate + self.axis_rate * height).norm() + self.error_at(height, reference);
         // The turn by the shortest way moves a point at the radius by at most its angle, which the chord 2 sin(a/2)
         // bounds to within pi/2.
-        let turn = self.axis_rate.norm() + self.axis_error(reference);
+        let turn = self.turn + self.axis_error(reference);
         along(heights.0).max(along(heights.1)) + std::f64::consts::FRAC_PI_2 * radius * turn
     }
 
@@ -126,21 +139,58 @@ impl Linear {
 impl Stretch {
     /// Linear motion between two shares of a block, with the block's own bound.
     pub(super) fn new(motion: &impl BlockMotion, block: usize, from: f64, to: f64, reference: f64) -> Self {
-        let (first, last) = (motion.pose(block, from), motion.pose(block, to));
-        let pose = motion.pose(block, 0.5 * (from + to));
-        let tip_rate = (last.tip - first.tip) * 0.5;
-        let axis_rate = (last.axis.into_inner() - first.axis.into_inner()) * 0.5;
-        // The model runs parallel to the chord, through the middle pose; both may lie off the chord.
-        let off = |height: f64| {
-            let middle = (first.at_height(height).coords + last.at_height(height).coords) * 0.5;
-            (pose.at_height(height).coords - middle).norm() + motion.chord_bound(block, from, to, height)
-        };
-        let linear = Linear { pose, tip_rate, axis_rate, tip_error: off(0.0), top_error: off(reference) };
-        Self { block: block as u32, from, to, linear }
+        Part::new(motion, block, (from, to), reference).stretch
     }
 
     pub(super) fn middle(&self) -> Instant {
         Instant { block: self.block as usize, share: 0.5 * (self.from + self.to) }
+    }
+}
+
+impl Part {
+    fn new(motion: &impl BlockMotion, block: usize, (from, to): (f64, f64), reference: f64) -> Self {
+        let ends = [from, to].map(|share| motion.pose(block, share));
+        let bends = [0.0, reference].map(|height| motion.chord_bound(block, from, to, height));
+        Self::between(motion, block, (from, to), reference, ends, bends)
+    }
+
+    /// The whole of a stretch.
+    pub(super) fn of(motion: &impl BlockMotion, stretch: &Stretch, reference: f64) -> Self {
+        Self::new(motion, stretch.block as usize, (stretch.from, stretch.to), reference)
+    }
+
+    fn between(
+        motion: &impl BlockMotion,
+        block: usize,
+        (from, to): (f64, f64),
+        reference: f64,
+        ends: [Pose; 2],
+        bends: [f64; 2],
+    ) -> Self {
+        let [first, last] = &ends;
+        let pose = motion.pose(block, 0.5 * (from + to));
+        let tip_rate = (last.tip - first.tip) * 0.5;
+        let axis_rate = (last.axis.into_inner() - first.axis.into_inner()) * 0.5;
+        // The model runs parallel to the chord, through the middle pose; both may lie off the chord.
+        let off = |height: f64, bend: f64| {
+            let middle = (first.at_height(height).coords + last.at_height(height).coords) * 0.5;
+            (pose.at_height(height).coords - middle).norm() + bend
+        };
+        let (tip_error, top_error) = (off(0.0, bends[0]), off(reference, bends[1]));
+        let linear = Linear { pose, tip_rate, axis_rate, turn: axis_rate.norm(), tip_error, top_error };
+        Self { stretch: Stretch { block: block as u32, from, to, linear }, ends, bends }
+    }
+
+    /// Both halves; none where the shares can no longer be told apart.
+    pub(super) fn halves(&self, motion: &impl BlockMotion, reference: f64) -> Option<[Self; 2]> {
+        let Stretch { block, from, to, linear } = &self.stretch;
+        let middle = 0.5 * (from + to);
+        if middle <= *from || middle >= *to {
+            return None;
+        }
+        let ([first, last], bends) = (self.ends, self.bends.map(|bend| 0.25 * bend));
+        let half = |from, to, ends| Self::between(motion, *block as usize, (from, to), reference, ends, bends);
+        Some([half(*from, middle, [first, linear.pose]), half(middle, *to, [linear.pose, last])])
     }
 }
 
@@ -234,7 +284,8 @@ fn join(leaves: &[Stretch], reference: f64) -> Stretch {
     let axis_rate = (ends.1.1 - ends.0.1) * 0.5;
     let top_rate = tip_rate + axis_rate * reference;
     let square = tip_rate.norm_squared() + top_rate.norm_squared();
-    let mut linear = Linear { pose, tip_rate, axis_rate, tip_error: 0.0, top_error: 0.0 };
+    let turn = axis_rate.norm();
+    let mut linear = Linear { pose, tip_rate, axis_rate, turn, tip_error: 0.0, top_error: 0.0 };
     for leaf in leaves {
         for end in [-1.0, 1.0] {
             let (tip, axis) = leaf.linear.at(end);

@@ -93,7 +93,7 @@ impl Plane {
         let normal_rate = linear.axis_rate * self.axial - axis * (self.radial * self.out.dot(&linear.axis_rate));
         let centre_error = linear.error_at(self.pivot, reference);
         let axis_error = linear.axis_error(reference);
-        let turn = linear.axis_rate.norm() + axis_error;
+        let turn = linear.turn + axis_error;
         let travel = centre_rate.norm() + centre_error;
         let normal_error = std::f64::consts::SQRT_2 * axis_error + 0.5 * self.radial.abs() * turn * turn;
         let mut lowest = f64::INFINITY;

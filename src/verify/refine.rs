@@ -8,6 +8,7 @@ use super::measured::{MeasuredSample, edges, measure_samples};
 use super::motion_tree::BlockMotion;
 use super::sweep::Sweep;
 use super::swept::Window;
+use crate::geometry::Point;
 use crate::part::{DesignSurface, SampleGrid};
 
 /// Which extreme is looked for.
@@ -25,6 +26,10 @@ struct Facet {
     triangle: usize,
     weights: [[f64; 3]; 3],
     values: [f64; 3],
+    /// How steeply the deviation rises or falls at the corners: the tangent of the angle between tool and part.
+    slopes: [f64; 3],
+    /// Longest side, mm.
+    size: f64,
     /// How far the deviation may rise above its corners, mm.
     bump: f64,
 }
@@ -34,8 +39,12 @@ impl Facet {
         self.values.iter().copied().fold(f64::NEG_INFINITY, f64::max)
     }
 
+    /// How high the deviation may be somewhere: by its bend, and by how far each corner's tangent can rise. The lesser
+    /// counts: where the deviation jumps it seems to bend without end, where it is rough no tangent leads far.
     fn potential(&self) -> f64 {
-        self.highest() + 2.0 * self.bump
+        let tangent = |(value, slope): (&f64, &f64)| value + slope * self.size;
+        let reach = self.values.iter().zip(&self.slopes).map(tangent).fold(f64::NEG_INFINITY, f64::max);
+        reach.min(self.highest() + 2.0 * self.bump)
     }
 
     /// What a climber goes by: the highest corner, and the others a little, which tell the two sides of it apart.
@@ -93,6 +102,8 @@ impl<'a, M: BlockMotion> Refinement<'a, M> {
             triangle,
             weights: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
             values: corners.map(|v| values[v as usize]),
+            slopes: corners.map(|v| slope(&samples[v as usize])),
+            size: longest_side(corners.map(|v| samples[v as usize].sample.point)),
             bump: corners.map(|v| bumps[v as usize]).into_iter().fold(0.0, f64::max),
         };
         // Overcut is not looked for next to uncut samples, where the deviation jumps: what no pass reaches fails anyway.
@@ -166,12 +177,9 @@ impl<'a, M: BlockMotion> Refinement<'a, M> {
         for sample in &measured {
             self.consider(*sample);
         }
-        let found: Vec<f64> = measured.iter().map(|sample| self.value(sample)).collect();
-        batch
-            .iter()
-            .zip(found.chunks_exact(3))
-            .map(|(facet, found)| facet.quarters([found[0], found[1], found[2]]))
-            .collect()
+        let found: Vec<(f64, f64)> = measured.iter().map(|sample| (self.value(sample), slope(sample))).collect();
+        let quarters = |(facet, found): (&Facet, &[(f64, f64)])| facet.quarters([found[0], found[1], found[2]]);
+        batch.iter().zip(found.chunks_exact(3)).map(quarters).collect()
     }
 }
 
@@ -182,20 +190,38 @@ impl Facet {
         [(0, 1), (1, 2), (2, 0)].map(|(a, b)| std::array::from_fn(|i| 0.5 * (w[a][i] + w[b][i])))
     }
 
-    /// The quarters, given the values in the middles of the sides.
-    fn quarters(&self, found: [f64; 3]) -> [Self; 4] {
-        let (w, m, v) = (&self.weights, self.middles(), &self.values);
-        let bend = |k: usize| (found[k] - 0.5 * (v[k] + v[(k + 1) % 3])).abs();
+    /// The quarters, given values and slopes in the middles of the sides.
+    fn quarters(&self, found: [(f64, f64); 3]) -> [Self; 4] {
+        let (w, m, v, s) = (&self.weights, self.middles(), &self.values, &self.slopes);
+        let (mv, ms) = (found.map(|f| f.0), found.map(|f| f.1));
+        let bend = |k: usize| (mv[k] - 0.5 * (v[k] + v[(k + 1) % 3])).abs();
         let bump = bend(0).max(bend(1)).max(bend(2)).max(0.5 * self.bump);
-        let quarter =
-            |weights: [[f64; 3]; 3], values: [f64; 3]| Self { triangle: self.triangle, weights, values, bump };
+        let (triangle, size) = (self.triangle, 0.5 * self.size);
+        let quarter = |weights: [[f64; 3]; 3], values: [f64; 3], slopes: [f64; 3]| Self {
+            triangle,
+            weights,
+            values,
+            slopes,
+            size,
+            bump,
+        };
         [
-            quarter([w[0], m[0], m[2]], [v[0], found[0], found[2]]),
-            quarter([m[0], w[1], m[1]], [found[0], v[1], found[1]]),
-            quarter([m[2], m[1], w[2]], [found[2], found[1], v[2]]),
-            quarter(m, found),
+            quarter([w[0], m[0], m[2]], [v[0], mv[0], mv[2]], [s[0], ms[0], ms[2]]),
+            quarter([m[0], w[1], m[1]], [mv[0], v[1], mv[1]], [ms[0], s[1], ms[1]]),
+            quarter([m[2], m[1], w[2]], [mv[2], mv[1], v[2]], [ms[2], ms[1], s[2]]),
+            quarter(m, mv, ms),
         ]
     }
+}
+
+/// Tangent of the angle between tool and part at a sample; infinite where it is uncut, or the tool stands across.
+fn slope(sample: &MeasuredSample) -> f64 {
+    let cosine = sample.touch.map_or(0.0, |touch| -touch.tool_normal.dot(&sample.sample.normal.0));
+    if cosine > 0.0 { (1.0 - cosine * cosine).max(0.0).sqrt() / cosine } else { f64::INFINITY }
+}
+
+fn longest_side([a, b, c]: [Point; 3]) -> f64 {
+    (b - a).norm().max((c - b).norm()).max((a - c).norm())
 }
 
 /// How far each value lies from the mean of its neighbours.

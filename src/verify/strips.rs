@@ -2,11 +2,11 @@
 
 use super::deviation::PartDeviation;
 use super::measured::{MeasuredSample, ray_of};
-use super::motion_tree::BlockMotion;
+use super::motion_tree::{BlockMotion, Instant};
 use super::sweep::Sweep;
 use super::swept::Touch;
 use crate::motion::pose::angle_between;
-use crate::part::DesignSurface;
+use crate::part::{DesignSurface, SurfaceSample};
 use rayon::prelude::*;
 use std::collections::BTreeSet;
 
@@ -113,16 +113,64 @@ fn crossing<M: BlockMotion>(
     edge: usize,
 ) -> Option<(Option<f64>, f64)> {
     let corners = triangle.map(|v| &part.samples[v as usize].sample);
-    let mut near = part.samples[triangle[edge] as usize];
-    let mut far = part.samples[triangle[(edge + 1) % 3] as usize];
+    let ends = [edge, (edge + 1) % 3].map(|k| part.samples[triangle[k] as usize]);
+    let sample_at = |share: f64| {
+        let mut weights = [0.0; 3];
+        weights[edge] = 1.0 - share;
+        weights[(edge + 1) % 3] = share;
+        surface.between(corners, weights)
+    };
+    let [near, far] = followed(sweep, runs, sample_at, &ends).or_else(|| searched(sweep, runs, sample_at, &ends))?;
+    let (a, b) = (near.touch?, far.touch?);
+    let along = |found: &MeasuredSample, touch: &Touch| found.sample.normal.0.dot(&touch.tool_normal) < -ALONG;
+    let kink = (along(&near, &a) && along(&far, &b)).then(|| angle_between(&a.tool_normal, &b.tool_normal));
+    Some((kink, (a.depth - b.depth).abs()))
+}
+
+/// The samples on either side of a seam, by following only the two tools that cut the edge's ends to where the second
+/// comes below the first; `None` where another pass cuts between them.
+fn followed<M: BlockMotion>(
+    sweep: &Sweep<'_, M>,
+    runs: &Runs,
+    sample_at: impl Fn(f64) -> SurfaceSample,
+    ends: &[MeasuredSample; 2],
+) -> Option<[MeasuredSample; 2]> {
+    let (mut low, mut high) = (0.0, 1.0);
+    let [mut first, mut second] = [ends[0].touch?.when, ends[1].touch?.when];
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (low + high);
+        let ray = ray_of(&sample_at(middle));
+        let (a, b) = (sweep.feed.near(&ray, first), sweep.feed.near(&ray, second));
+        if b.is_some_and(|b| a.is_none_or(|a| b.depth < a.depth)) {
+            high = middle;
+        } else {
+            low = middle;
+        }
+        first = a.map_or(first, |touch| touch.when);
+        second = b.map_or(second, |touch| touch.when);
+    }
+    let look = |share: f64, hint: Instant, end: &MeasuredSample| {
+        let sample = sample_at(share);
+        let found = MeasuredSample { sample, touch: sweep.lowest(&ray_of(&sample), Some(hint), f64::INFINITY) };
+        (runs.owner(&found) == runs.owner(end)).then_some(found)
+    };
+    Some([look(low, first, &ends[0])?, look(high, second, &ends[1])?])
+}
+
+/// The samples on either side of where the pass that cut the edge's start no longer is the lowest, by looking at all
+/// passes; `None` where what lies beyond is not a strip.
+fn searched<M: BlockMotion>(
+    sweep: &Sweep<'_, M>,
+    runs: &Runs,
+    sample_at: impl Fn(f64) -> SurfaceSample,
+    ends: &[MeasuredSample; 2],
+) -> Option<[MeasuredSample; 2]> {
+    let [mut near, mut far] = *ends;
     let owner = runs.owner(&near)?;
     let (mut low, mut high) = (0.0, 1.0);
     for _ in 0..HALVINGS {
         let middle: f64 = 0.5 * (low + high);
-        let mut weights = [0.0; 3];
-        weights[edge] = 1.0 - middle;
-        weights[(edge + 1) % 3] = middle;
-        let sample = surface.between(corners, weights);
+        let sample = sample_at(middle);
         let hint = near.touch.map(|t| t.when);
         let found = MeasuredSample { sample, touch: sweep.lowest(&ray_of(&sample), hint, f64::INFINITY) };
         if runs.owner(&found) == Some(owner) {
@@ -131,9 +179,6 @@ fn crossing<M: BlockMotion>(
             (far, high) = (found, middle);
         }
     }
-    let (a, b) = (near.touch?, far.touch?);
     runs.owner(&far)?;
-    let along = |found: &MeasuredSample, touch: &Touch| found.sample.normal.0.dot(&touch.tool_normal) < -ALONG;
-    let kink = (along(&near, &a) && along(&far, &b)).then(|| angle_between(&a.tool_normal, &b.tool_normal));
-    Some((kink, (a.depth - b.depth).abs()))
+    Some([near, far])
 }

@@ -16,7 +16,7 @@
 //! tangent sphere, which costs |y - s|^2 / 2a more.
 
 use super::body::{Body, Piece};
-use super::motion_tree::{BlockMotion, Bounds, Instant, Linear, MotionTree, Stretch};
+use super::motion_tree::{BlockMotion, Bounds, Instant, Linear, MotionTree, Part, Stretch};
 use super::plane::{Plane, radial_direction};
 use super::ray::{Entry, LocalRay, NormalRay};
 use crate::geometry::Direction;
@@ -64,13 +64,6 @@ pub(super) struct Query {
     pub(super) limit: f64,
 }
 
-/// Work still to do: a node, or part of a block that a leaf was too coarse for.
-#[derive(Clone, Copy)]
-enum Task {
-    Node(u32),
-    Part(Stretch),
-}
-
 /// What one pose and its planes say of a stretch.
 enum Verdict {
     /// No pose of the stretch reaches below the depth.
@@ -88,22 +81,29 @@ impl<'a, M: BlockMotion> SweptTool<'a, M> {
 
     /// The lowest point reached; `None` where no block that counts comes below the limit.
     pub(super) fn lowest(&self, ray: &NormalRay, query: &Query) -> Option<Touch> {
-        if self.tree.nodes.is_empty() {
+        if self.tree.nodes.is_empty() || self.body.pieces.is_empty() {
             return None;
         }
         let hinted = query.hint.filter(|h| h.block < query.end).and_then(|when| self.at(ray, when));
-        let mut best = hinted.filter(|touch| touch.depth < query.limit);
-        let mut stack = vec![(Task::Node(0), f64::NEG_INFINITY)];
-        while let Some((task, _)) = stack.pop() {
-            if self.goal(query, best.as_ref()) <= -self.window.inward {
-                break;
+        let mut best = hinted.filter(|touch| touch.depth < query.limit).map(|touch| self.settle(ray, query, touch));
+        let mut stack = vec![0];
+        let mut parts = Vec::new();
+        let at_bottom = |best: &Option<Touch>| self.goal(query, best.as_ref()) <= -self.window.inward;
+        while let Some(index) = stack.pop().filter(|_| !at_bottom(&best)) {
+            let node = &self.tree.nodes[index as usize];
+            if node.blocks.0 as usize >= query.end {
+                continue;
             }
-            match task {
-                Task::Node(index) => self.visit_node(ray, index, query, &mut best, &mut stack),
-                Task::Part(part) => self.visit_part(ray, part, query, &mut best, &mut stack),
+            if node.right != 0 {
+                self.visit_children(ray, [index + 1, node.right], query, &mut best, &mut stack);
+                continue;
+            }
+            parts.push(Part::of(self.motion, &node.stretch, self.tree.reference));
+            while let Some(part) = parts.pop().filter(|_| !at_bottom(&best)) {
+                self.visit_part(ray, part, query, &mut best, &mut parts);
             }
         }
-        best.map(|touch| self.settle(ray, query, touch))
+        best
     }
 
     /// The depth that a stretch must go below to matter.
@@ -111,28 +111,20 @@ impl<'a, M: BlockMotion> SweptTool<'a, M> {
         best.map_or(query.limit.min(self.window.outward), |b| b.depth - self.resolution)
     }
 
-    fn visit_node(
+    fn visit_children(
         &self,
         ray: &NormalRay,
-        index: u32,
+        children: [u32; 2],
         query: &Query,
         best: &mut Option<Touch>,
-        stack: &mut Vec<(Task, f64)>,
+        stack: &mut Vec<u32>,
     ) {
-        let node = &self.tree.nodes[index as usize];
-        if node.blocks.0 as usize >= query.end {
-            return;
-        }
-        if node.right == 0 {
-            return self.visit_part(ray, node.stretch, query, best, stack);
-        }
-        let mut children =
-            [index + 1, node.right].map(|child| (Task::Node(child), self.promise(ray, child, query, best)));
+        let mut children = children.map(|child| (child, self.promise(ray, child, query, best)));
         // The more promising child goes on top of the stack.
         if children[0].1 < children[1].1 {
             children.swap(0, 1);
         }
-        stack.extend(children.into_iter().filter(|c| c.1 < f64::INFINITY));
+        stack.extend(children.into_iter().filter(|c| c.1 < f64::INFINITY).map(|c| c.0));
     }
 
     /// How likely a node reaches deeper: infinite when it certainly does not.
@@ -144,47 +136,42 @@ impl<'a, M: BlockMotion> SweptTool<'a, M> {
         }
         let node = &self.tree.nodes[index as usize];
         let stretch = &node.stretch;
-        if stretch.block as usize >= query.end {
+        // Nothing can be said of a motion known no better than to the size of the body.
+        let vague = stretch.linear.tip_error + stretch.linear.top_error > self.body.radius;
+        if vague || stretch.block as usize >= query.end {
             return 0.0;
         }
         match self.judge(ray, &stretch.linear, goal) {
             Verdict::Clear => f64::INFINITY,
             Verdict::Open(promise) => promise,
             Verdict::Deeper(entry) => {
-                *best = Some(touch(ray, &stretch.linear.pose, stretch.middle(), &entry));
+                *best = Some(self.found(ray, query, stretch, &entry));
                 f64::NEG_INFINITY
             }
         }
     }
 
-    fn visit_part(
-        &self,
-        ray: &NormalRay,
-        part: Stretch,
-        query: &Query,
-        best: &mut Option<Touch>,
-        stack: &mut Vec<(Task, f64)>,
-    ) {
-        match self.judge(ray, &part.linear, self.goal(query, best.as_ref())) {
+    fn visit_part(&self, ray: &NormalRay, part: Part, query: &Query, best: &mut Option<Touch>, parts: &mut Vec<Part>) {
+        let linear = &part.stretch.linear;
+        match self.judge(ray, linear, self.goal(query, best.as_ref())) {
             Verdict::Clear => return,
             Verdict::Open(_) => {}
             Verdict::Deeper(entry) => {
-                let found = touch(ray, &part.linear.pose, part.middle(), &entry);
-                *best = Some(self.settle(ray, query, found));
-                stack.push((Task::Part(part), 0.0));
+                *best = Some(self.found(ray, query, &part.stretch, &entry));
+                parts.push(part);
                 return;
             }
         }
-        let middle = 0.5 * (part.from + part.to);
         // The tool in the middle of the stretch does not matter, and no point of it goes farther than the slack.
-        let still = part.linear.travel(self.body.heights, self.body.radius, self.tree.reference) < self.slack();
-        if still || middle <= part.from || middle >= part.to {
-            return;
+        if linear.travel(self.body.heights, self.body.radius, self.tree.reference) >= self.slack() {
+            parts.extend(part.halves(self.motion, self.tree.reference).into_iter().flatten());
         }
-        for (from, to) in [(part.from, middle), (middle, part.to)] {
-            let half = Stretch::new(self.motion, part.block as usize, from, to, self.tree.reference);
-            stack.push((Task::Part(half), 0.0));
-        }
+    }
+
+    /// From what the tool at a stretch's own pose enters to the depth that it leads to downhill. Poses of inner nodes
+    /// are the motion's own, too.
+    fn found(&self, ray: &NormalRay, query: &Query, stretch: &Stretch, entry: &Entry) -> Touch {
+        self.settle(ray, query, touch(ray, &stretch.linear.pose, stretch.middle(), entry))
     }
 
     /// The lowest point of the tool at one instant.
@@ -268,6 +255,12 @@ impl<'a, M: BlockMotion> SweptTool<'a, M> {
     /// A body that enters the ray by no more than this, square to its surface, counts as clear, mm.
     fn slack(&self) -> f64 {
         0.1 * self.resolution
+    }
+
+    /// The lowest point of the tool near an instant, downhill in time; `None` where it does not meet the ray then.
+    pub(super) fn near(&self, ray: &NormalRay, when: Instant) -> Option<Touch> {
+        let query = Query { hint: None, end: usize::MAX, limit: f64::INFINITY };
+        self.at(ray, when).map(|touch| self.settle(ray, &query, touch))
     }
 
     /// Follows the depth downhill in time from a touch: successive parabolas within a block, then on into the
