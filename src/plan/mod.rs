@@ -9,6 +9,8 @@ mod link;
 mod planner;
 mod start;
 mod strip;
+#[cfg(test)]
+mod tests;
 
 pub use assess::Deviation;
 
