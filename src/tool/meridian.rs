@@ -67,7 +67,7 @@ pub struct Contact {
 
 impl Contact {
     /// Height on the axis of the centre of the sphere that touches the meridian here: where the normal meets the axis.
-    /// Defined where `normal_radial` is not zero. (METHODS: sphere family, centre `h + rho rho'`.)
+    /// Defined where `normal_radial` is not zero. With rho the radius as a function of h it is `h + rho rho'`.
     pub fn sphere_height(&self) -> f64 {
         self.point.height - self.point.radius * self.normal_axial / self.normal_radial
     }
