@@ -11,4 +11,4 @@ pub use inspect::{
     inspect_program, to_json,
 };
 pub use page::page;
-pub use stages::{Judged, PostRequest, Posted, judge, plan, post, post_job};
+pub use stages::{Judged, PostRequest, Posted, judge, plan, plan_observed, post, post_job};

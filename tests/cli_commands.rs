@@ -6,5 +6,7 @@
 mod bad_input;
 #[path = "cli_commands/good_input.rs"]
 mod good_input;
+#[path = "cli_commands/interrupt.rs"]
+mod interrupt;
 #[path = "cli_commands/workshop.rs"]
 mod workshop;

@@ -11,6 +11,7 @@ mod run;
 mod summary;
 mod terminal;
 mod verify;
+mod watch;
 
 use crate::diagnostic::Diagnostic;
 use crate::verify::Verdict;

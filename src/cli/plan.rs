@@ -2,8 +2,8 @@
 
 use super::files::Outputs;
 use super::inputs::job_inputs;
-use super::{Outcome, Refusal, Terminal, summary};
-use crate::{motion, pipeline};
+use super::{Outcome, Refusal, Terminal, summary, watch};
+use crate::motion;
 use clap::Args;
 use std::path::PathBuf;
 
@@ -18,8 +18,7 @@ pub(super) struct Arguments {
 
 pub(super) fn run(arguments: &Arguments, terminal: &mut Terminal) -> Result<Outcome, Refusal> {
     let inputs = job_inputs(&arguments.job, None, terminal)?;
-    terminal.progress("planning");
-    let plan = pipeline::plan(&inputs)?;
+    let plan = watch::plan(&inputs, terminal)?;
     let mut outputs = Outputs::default();
     outputs.add(arguments.out.clone(), motion::cl::write(&plan.path)?);
     outputs.write()?;

@@ -2,7 +2,7 @@
 
 use super::files::Outputs;
 use super::inputs::job_inputs;
-use super::{Outcome, Refusal, Terminal, summary};
+use super::{Outcome, Refusal, Terminal, summary, watch};
 use crate::motion::cl;
 use crate::pipeline::{self, InputFile, to_json};
 use clap::Args;
@@ -19,8 +19,7 @@ pub(super) struct Arguments {
 
 pub(super) fn run(arguments: &Arguments, terminal: &mut Terminal) -> Result<Outcome, Refusal> {
     let inputs = job_inputs(&arguments.job, None, terminal)?;
-    terminal.progress("planning");
-    let plan = pipeline::plan(&inputs)?;
+    let plan = watch::plan(&inputs, terminal)?;
     terminal.progress("posting");
     let posted = pipeline::post_job(&inputs, &plan.path)?;
     let program = format!("program.{}", posted.extension);

@@ -19,6 +19,9 @@ pub(super) fn of_plan(plan: &Plan) -> String {
             strip.length, strip.engagement, deviation.overcut, deviation.undercut, strip.steps
         );
     }
+    if plan.interrupted {
+        text.push_str("  interrupted: this is the best found so far\n");
+    }
     if plan.surface_fit_error > 0.0 {
         let _ = writeln!(text, "  planned on a spline that lies within {:.5} mm of the part", plan.surface_fit_error);
     }

@@ -5,6 +5,7 @@ use crate::diagnostic::Diagnostic;
 use std::io::{IsTerminal, Write};
 
 /// Standard output and standard error.
+#[derive(Debug)]
 pub(super) struct Terminal {
     /// Progress is for people: none when standard error is piped.
     shows_progress: bool,

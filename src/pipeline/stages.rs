@@ -6,7 +6,7 @@ use crate::feed::durations;
 use crate::machine::{LinearizeOptions, Machine, Setup, linearize};
 use crate::motion::ToolPath;
 use crate::nc::{self, Rules, WriteRequest, write};
-use crate::plan::{self, Plan, PlanRequest};
+use crate::plan::{self, Observer, Plan, PlanRequest};
 use crate::simulate::{ToolMotion, simulate};
 use crate::verify::{Settings, Subject, ToleranceRecord, Verified, verify};
 
@@ -53,6 +53,11 @@ pub struct Judged {
 
 /// Plans the tool path of a job.
 pub fn plan(inputs: &Inputs) -> Result<Plan> {
+    plan_observed(inputs, &plan::Unobserved)
+}
+
+/// Plans the tool path of a job under the eyes of an observer, who may end it with the best found so far.
+pub fn plan_observed(inputs: &Inputs, observer: &dyn Observer) -> Result<Plan> {
     let job = &inputs.job;
     plan::plan(&PlanRequest {
         name: &job.name,
@@ -65,6 +70,7 @@ pub fn plan(inputs: &Inputs) -> Result<Plan> {
         feed_reference: job.feed.reference,
         spindle_rpm: job.feed.spindle_rpm,
         linearization: job.output.linearization,
+        observer,
     })
     .map_err(|e| if e.place.is_some() { e } else { e.in_file(job.file()) })
 }

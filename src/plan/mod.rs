@@ -6,6 +6,7 @@ mod chart;
 mod fit;
 mod layout;
 mod link;
+mod observe;
 mod planner;
 mod start;
 mod strip;
@@ -13,6 +14,7 @@ mod strip;
 mod tests;
 
 pub use assess::Deviation;
+pub use observe::{Observer, Progress, Stage, Unobserved};
 
 use crate::diagnostic::Result;
 use crate::geometry::Vector;
@@ -119,6 +121,8 @@ pub struct PlanRequest<'a> {
     pub spindle_rpm: f64,
     /// How far the flank may leave the path between blocks, mm.
     pub linearization: f64,
+    /// Follows the plan and may end it early.
+    pub observer: &'a dyn Observer,
 }
 
 /// What one strip came to.
@@ -143,6 +147,8 @@ pub struct Plan {
     pub strips: Vec<StripReport>,
     /// Distance between the planned-on spline and the part's surface, mm; 0 for spline parts.
     pub surface_fit_error: f64,
+    /// True when the observer ended it early: this is then the best found so far.
+    pub interrupted: bool,
 }
 
 /// Plans the tool path of a part.
@@ -165,7 +171,7 @@ pub fn plan(request: &PlanRequest<'_>) -> Result<Plan> {
         passes,
     };
     let strips = strips.iter().map(report).collect();
-    Ok(Plan { path, strips, surface_fit_error: form.fit_error })
+    Ok(Plan { path, strips, surface_fit_error: form.fit_error, interrupted: request.observer.stopped() })
 }
 
 fn report(strip: &FittedStrip) -> StripReport {

@@ -7,7 +7,7 @@ use super::layout::choose_layout;
 use super::link::{LinkSizes, Obstacles, link};
 use super::start::{Band, ruling};
 use super::strip::{Effort, FittedStrip, Limits, Resolution, fit_strip, lay_strip};
-use super::{Method, PlanRequest, StrategyKind};
+use super::{Method, PlanRequest, Progress, Stage, StrategyKind};
 use crate::diagnostic::{Diagnostic, Result};
 use crate::geometry::{Point, Vector};
 use crate::motion::{Pass, RuledMotion};
@@ -65,7 +65,7 @@ impl<'a> Planner<'a> {
             let strain = found.as_ref().map_or(16.0, |strips| self.strain(strips));
             // The error falls with the square of the width, or faster.
             let next = (count + 1).max((count as f64 * strain.sqrt().min(4.0) * 0.8).floor() as usize);
-            if strain <= 1.0 || next > MOST_STRIPS {
+            if strain <= 1.0 || next > MOST_STRIPS || self.request.observer.stopped() {
                 return found;
             }
             count = next;
@@ -91,7 +91,7 @@ impl<'a> Planner<'a> {
             if best.as_ref().is_none_or(|(least, _)| strain < *least) {
                 best = Some((strain, borders.clone()));
             }
-            if strain <= 0.8 || round == EVENING_ROUNDS {
+            if strain <= 0.8 || round == EVENING_ROUNDS || self.request.observer.stopped() {
                 break;
             }
             let wanted = self.evened(&borders, &fitted);
@@ -134,9 +134,18 @@ impl<'a> Planner<'a> {
         let fitted: Vec<Result<FittedStrip>> = borders
             .par_windows(2)
             .enumerate()
-            .map(|(index, pair)| self.fit_one(pair[0], pair[1], effort).map_err(|e| name_strip(e, index, count)))
+            .map(|(index, pair)| {
+                let strip = self.fit_one(pair[0], pair[1], effort).map_err(|e| name_strip(e, index, count))?;
+                self.note(index, count, &strip);
+                Ok(strip)
+            })
             .collect();
         fitted.into_iter().collect()
+    }
+
+    fn note(&self, index: usize, strips: usize, strip: &FittedStrip) {
+        let (overcut, undercut) = (strip.deviation.overcut.max(strip.deviation.outside), strip.deviation.undercut);
+        self.request.observer.note(&Progress { strips, stage: Stage::Strip(index), overcut, undercut });
     }
 
     fn fit_one(&self, low: f64, high: f64, effort: (usize, usize)) -> Result<FittedStrip> {
@@ -148,7 +157,8 @@ impl<'a> Planner<'a> {
             Method::Rulings => lay_strip(chart, tool, family, &band, &resolution),
             Method::Regulus => {
                 let (steps, rounds) = effort;
-                let effort = Effort { fairness: 1e-9 * strategy.fairness, steps, rounds };
+                let observer = self.request.observer;
+                let effort = Effort { fairness: 1e-9 * strategy.fairness, steps, rounds, observer };
                 fit_strip(chart, tool, family, &band, (&resolution, &self.limits()), &effort)
             }
         };

@@ -1,5 +1,6 @@
 //! Fits one strip: start, least squares with falling fairness, then reweighting toward the least largest error.
 
+use super::Observer;
 use super::assess::{AssessError, Deviation, assess};
 use super::chart::Chart;
 use super::fit::{FitWeights, SphereFamily, StripFit};
@@ -63,15 +64,20 @@ pub(super) enum StripError {
 /// Weight of a gouge beside the strip, against 1 for a deviation on it: nearly a constraint.
 const CLEARANCE: f64 = 100.0;
 
+/// Most steps a stage of a fit takes once the plan is to end early: enough for a tool path that can be used.
+const HURRIED: usize = 4;
+
 /// How the optimizer works on a strip.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Effort {
+pub(super) struct Effort<'a> {
     /// Weight of second differences.
     pub(super) fairness: f64,
     /// Most steps of the first fit at its final fairness.
     pub(super) steps: usize,
     /// Most rounds of reweighting.
     pub(super) rounds: usize,
+    /// May end the work early.
+    pub(super) observer: &'a dyn Observer,
 }
 
 /// Lays the tool on rulings across the band, both end spheres touching, and optimizes nothing.
@@ -101,7 +107,7 @@ pub(super) fn fit_strip(
     family: &SphereFamily,
     band: &Band,
     goal: (&Resolution, &Limits),
-    effort: &Effort,
+    effort: &Effort<'_>,
 ) -> Result<FittedStrip, StripError> {
     let start = start_strip(chart, family, family.lowest(), band).ok_or(StripError::NoStart)?;
     let mut last = Err(StripError::BrokeDown);
@@ -121,7 +127,7 @@ fn fit_anchored(
     family: &SphereFamily,
     (band, start): (&Band, &StripStart),
     (resolution, limits): (&Resolution, &Limits),
-    (weights, effort): (FitWeights, &Effort),
+    (weights, effort): (FitWeights, &Effort<'_>),
 ) -> Result<FittedStrip, StripError> {
     let mut fit = StripFit::new(chart, family, &start.spec, resolution.controls, resolution.heights, weights)
         .ok_or(StripError::BrokeDown)?;
@@ -130,6 +136,7 @@ fn fit_anchored(
     // Strong fairness first: it carries the rails past the places where the part's fine shape would trap them.
     for (factor, max_steps) in [(1e4, effort.steps / 4), (1e2, effort.steps / 4), (1.0, effort.steps)] {
         fit.weights.fairness = weights.fairness * factor;
+        let max_steps = if effort.observer.stopped() { max_steps.min(HURRIED) } else { max_steps };
         let settings = Settings { max_steps, cost_share: 1e-5, ..Settings::default() };
         steps += minimize(&mut fit, &mut x, &settings).ok_or(StripError::BrokeDown)?.steps;
         fit.recount();
@@ -143,7 +150,7 @@ fn fit_anchored(
     let mut best = judge(&fit, &x)?;
     let mut gouge = best.deviation.outside;
     for _ in 0..effort.rounds {
-        if limits.strain(&best.deviation) < 0.4 {
+        if limits.strain(&best.deviation) < 0.4 || effort.observer.stopped() {
             break;
         }
         fit.recount();

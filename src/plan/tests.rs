@@ -24,6 +24,10 @@ fn cylinder() -> Tool {
 }
 
 fn planned(method: Method) -> Plan {
+    observed(method, &Unobserved)
+}
+
+fn observed(method: Method, observer: &dyn Observer) -> Plan {
     let (part, tool) = (twisted(), cylinder());
     let strategy = Strategy {
         method,
@@ -42,6 +46,7 @@ fn planned(method: Method) -> Plan {
         feed_reference: FeedReference::Mid,
         spindle_rpm: 8000.0,
         linearization: 0.0005,
+        observer,
     })
     .unwrap()
 }
@@ -85,4 +90,50 @@ fn passes_join_and_links_stay_outside_the_sphere_around_the_part() {
             assert!((pose.at_height(height) - clear.point).norm() > 10.0, "{pose:?}");
         }
     }
+}
+
+/// Wants the best so far from the outset.
+#[derive(Debug)]
+struct Impatient;
+
+impl Observer for Impatient {
+    fn note(&self, _progress: &Progress) {}
+
+    fn stopped(&self) -> bool {
+        true
+    }
+}
+
+#[test]
+fn a_stopped_plan_is_whole_and_says_so() {
+    let stopped = observed(Method::Regulus, &Impatient);
+    let whole = planned(Method::Regulus);
+    assert!(stopped.interrupted && !whole.interrupted);
+    assert_eq!(stopped.path.passes.len(), whole.path.passes.len());
+    // Fewer steps, still better than the tool laid on its rulings.
+    assert!(stopped.strips[0].steps < whole.strips[0].steps, "{:?}", stopped.strips[0]);
+    assert!(stopped.strips[0].deviation.overcut < 0.0155, "{:?}", stopped.strips[0]);
+}
+
+/// Counts what it is told.
+#[derive(Debug, Default)]
+struct Counting(std::sync::atomic::AtomicUsize);
+
+impl Observer for Counting {
+    fn note(&self, progress: &Progress) {
+        assert!(progress.overcut.is_finite() && progress.undercut.is_finite());
+        self.0.fetch_add(1, std::sync::atomic::Ordering::SeqCst);
+    }
+
+    fn stopped(&self) -> bool {
+        false
+    }
+}
+
+#[test]
+fn an_observer_is_told_of_every_strip_and_changes_nothing() {
+    let counting = Counting::default();
+    let watched = observed(Method::Regulus, &counting);
+    assert_eq!(counting.0.into_inner(), 1);
+    assert_eq!(watched.path, planned(Method::Regulus).path);
 }
