@@ -42,6 +42,8 @@ pub struct Job {
 pub struct PartSpec {
     /// The design surface's file, relative to the job file's folder.
     pub file: String,
+    /// File of the finished part as a closed mesh, relative to the job file's folder.
+    pub body: Option<String>,
     /// Files of surfaces that the tool must stay clear of, relative to the job file's folder.
     pub check: Vec<String>,
     /// Material that may be missing below the design surface, mm.
@@ -159,6 +161,7 @@ fn part(checks: &mut Checks<'_>, raw: raw::Part) -> PartSpec {
         }
         None => String::new(),
     };
+    let body = raw.body.map(|file| checks.path("part.body", file));
     let check = raw.check.into_iter().enumerate().map(|(i, f)| checks.path(&format!("part.check[{i}]"), f)).collect();
     let placement = raw.placement.unwrap_or_default();
     checks.all_within("part.placement.origin", &placement.origin, &limits::COORDINATE);
@@ -174,6 +177,7 @@ fn part(checks: &mut Checks<'_>, raw: raw::Part) -> PartSpec {
     });
     PartSpec {
         file,
+        body,
         check,
         overcut_tolerance: tolerance.overcut,
         undercut_tolerance: tolerance.undercut,

@@ -16,7 +16,7 @@
 //! ```
 //! use regulus::job::Job;
 //! use regulus::machine::Machine;
-//! use regulus::pipeline::{InputFile, Inputs, judge, plan, post_job};
+//! use regulus::pipeline::{InputFile, Inputs, PartFiles, judge, plan, post_job};
 //! use regulus::verify::Verdict;
 //!
 //! // A patch of 40 mm x 10 mm, twisted a little; its normal, Su x Sv, points to the tool.
@@ -49,7 +49,7 @@
 //! let job = Job::read(job, "job.toml")?;
 //! let machine = Machine::named("xyzac-trt").map_err(|e| vec![*e])?;
 //! let part = InputFile { name: "patch.json", bytes: part };
-//! let inputs = Inputs::read(job, part, &[], &machine, "")?;
+//! let inputs = Inputs::read(job, &PartFiles::alone(part), &machine, "")?;
 //!
 //! let planned = plan(&inputs).map_err(|e| vec![*e])?;
 //! let program = post_job(&inputs, &planned.path).map_err(|e| vec![*e])?.text;
@@ -77,9 +77,9 @@ pub mod envelope;
 
 pub mod optimize;
 
-pub mod plan;
-
 pub mod collide;
+
+pub mod plan;
 
 pub mod machine;
 

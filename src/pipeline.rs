@@ -5,7 +5,7 @@ mod inspect;
 mod page;
 mod stages;
 
-pub use inputs::{InputFile, Inputs, hash, machine_of_job};
+pub use inputs::{InputFile, Inputs, PartFiles, hash, machine_of_job};
 pub use inspect::{
     Control, Extent, FindingSummary, MotionSummary, MoveCounts, PartSummary, ProgramSummary, inspect_part,
     inspect_program, to_json,

@@ -5,7 +5,7 @@ use super::{Refusal, Terminal};
 use crate::diagnostic::{Diagnostic, Result};
 use crate::job::Job;
 use crate::machine::{Machine, builtin};
-use crate::pipeline::{InputFile, Inputs};
+use crate::pipeline::{InputFile, Inputs, PartFiles};
 use std::path::Path;
 
 /// A machine with the text that it was read from.
@@ -42,6 +42,7 @@ pub(super) fn job_inputs(path: &Path, machine: Option<&str>, terminal: &mut Term
         }
     };
     let part = keep("part.file", named_file(folder, &job.part.file));
+    let body = job.part.body.as_ref().and_then(|file| keep("part.body", named_file(folder, file)));
     let mut check = Vec::new();
     for (i, file) in job.part.check.iter().enumerate() {
         check.extend(keep(&format!("part.check[{i}]"), named_file(folder, file)));
@@ -54,9 +55,10 @@ pub(super) fn job_inputs(path: &Path, machine: Option<&str>, terminal: &mut Term
     let (Some((name, bytes)), Ok(machine), true) = (part, machine, findings.is_empty()) else {
         return Err(Refusal(findings));
     };
-    let part = InputFile { name: &name, bytes: &bytes };
     let check: Vec<_> = check.iter().map(|(name, bytes)| InputFile { name, bytes }).collect();
-    Ok(Inputs::read(job, part, &check, &machine.machine, &machine.text)?)
+    let body = body.as_ref().map(|(name, bytes)| InputFile { name, bytes });
+    let files = PartFiles { surface: InputFile { name: &name, bytes: &bytes }, body, check: &check };
+    Ok(Inputs::read(job, &files, &machine.machine, &machine.text)?)
 }
 
 fn named_file(folder: &Path, file: &str) -> Result<(String, Vec<u8>)> {

@@ -28,6 +28,7 @@ pub(super) struct Part {
     pub(super) units: Option<Units>,
     #[serde(default)]
     pub(super) flip: bool,
+    pub(super) body: Option<String>,
     #[serde(default)]
     pub(super) check: Vec<String>,
     pub(super) tolerance: Tolerance,

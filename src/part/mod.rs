@@ -21,6 +21,8 @@ pub struct Part {
     pub name: String,
     /// The surface to be milled.
     pub surface: DesignSurface,
+    /// The finished part as a closed body, of whose skin `surface` is a piece: no tool may enter it anywhere.
+    pub body: Option<DesignSurface>,
     /// Surfaces that the tool must stay clear of, normals out of the material.
     pub check: Vec<DesignSurface>,
 }

@@ -3,7 +3,7 @@
 use crate::diagnostic::{Diagnostic, Result};
 use crate::job::{Job, MachineSpec};
 use crate::machine::{DialectOptions, Machine, WorkOffset};
-use crate::part::{DesignSurface, Part, ReadOptions, read};
+use crate::part::{DesignSurface, Part, ReadOptions, read, require_closed};
 use sha2::{Digest, Sha256};
 
 /// Hexadecimal digits of an input hash: enough to tell the inputs of any two programs apart.
@@ -31,33 +31,52 @@ pub struct Inputs {
     pub hash: String,
 }
 
+/// The files of a job's part.
+#[derive(Clone, Copy, Debug)]
+pub struct PartFiles<'a> {
+    /// The design surface.
+    pub surface: InputFile<'a>,
+    /// The closed body, where the job names one.
+    pub body: Option<InputFile<'a>>,
+    /// The check surfaces, in the job's order.
+    pub check: &'a [InputFile<'a>],
+}
+
+impl<'a> PartFiles<'a> {
+    /// A design surface alone.
+    pub fn alone(surface: InputFile<'a>) -> Self {
+        Self { surface, body: None, check: &[] }
+    }
+}
+
 impl Inputs {
-    /// Reads what a job names: its part file, one file a check surface in the job's order, and its machine, which
-    /// comes with the text it was read from.
+    /// Reads what a job names: its part's files and its machine, which comes with the text it was read from.
     pub fn read(
         job: Job,
-        part: InputFile<'_>,
-        check: &[InputFile<'_>],
+        files: &PartFiles<'_>,
         machine: &Machine,
         machine_text: &str,
     ) -> Result<Self, Vec<Diagnostic>> {
         let mut findings = Vec::new();
-        let surface = read(part.bytes, part.name, &job.part.reading).map_err(|e| findings.push(*e));
+        let mut keep = |file: &InputFile<'_>, options: &ReadOptions| {
+            read(file.bytes, file.name, options).map_err(|e| findings.push(*e)).ok()
+        };
+        let surface = keep(&files.surface, &job.part.reading);
         let around = ReadOptions { flip: false, ..job.part.reading };
-        let surfaces = check.iter().filter_map(|file| {
-            let surface = read(file.bytes, file.name, &around);
-            surface.map_err(|e| findings.push(*e)).ok()
-        });
-        let surfaces: Vec<_> = surfaces.collect();
+        let body = files.body.as_ref().and_then(|file| keep(file, &around));
+        let check: Vec<_> = files.check.iter().filter_map(|file| keep(file, &around)).collect();
+        if let (Some(body), Some(file)) = (&body, &files.body) {
+            require_closed(body).unwrap_or_else(|e| findings.push(*e.in_file(file.name)));
+        }
         let machine = machine_of_job(machine, &job).map_err(|e| findings.push(*e));
-        let mut hashed = vec![job.text().as_bytes(), part.bytes];
-        hashed.extend(check.iter().map(|file| file.bytes));
+        let mut hashed = vec![job.text().as_bytes(), files.surface.bytes];
+        hashed.extend(files.body.iter().chain(files.check).map(|file| file.bytes));
         hashed.push(machine_text.as_bytes());
         let hash = hash(&hashed);
         match (surface, machine) {
-            (Ok(surface), Ok(machine)) if findings.is_empty() => {
-                faces_out_of_bodies(&job, &surface, &surfaces).map_err(|e| vec![*e])?;
-                let part = Part { name: job.name.clone(), surface, check: surfaces };
+            (Some(surface), Ok(machine)) if findings.is_empty() => {
+                faces_out_of_bodies(&job, &surface, body.iter().chain(&check)).map_err(|e| vec![*e])?;
+                let part = Part { name: job.name.clone(), surface, body, check };
                 Ok(Self { job, part, machine, hash })
             }
             _ => Err(findings),
@@ -65,9 +84,13 @@ impl Inputs {
     }
 }
 
-/// A closed check surface is a body that the part's surface may bound: then it tells on which side the material is.
-fn faces_out_of_bodies(job: &Job, surface: &DesignSurface, check: &[DesignSurface]) -> Result<()> {
-    for body in check {
+/// A closed mesh is a body that the part's surface may bound: then it tells on which side the material is.
+fn faces_out_of_bodies<'a>(
+    job: &Job,
+    surface: &DesignSurface,
+    bodies: impl Iterator<Item = &'a DesignSurface>,
+) -> Result<()> {
+    for body in bodies {
         let DesignSurface::Mesh(body) = body else { continue };
         surface.facing_of_body(body).require().map_err(|finding| {
             let located = job.blame("part.file", finding.message);
@@ -77,8 +100,8 @@ fn faces_out_of_bodies(job: &Job, surface: &DesignSurface, check: &[DesignSurfac
     Ok(())
 }
 
-/// The first 16 hexadecimal digits of the SHA-256 of the inputs one after the other, as they are: job, part, check
-/// surfaces, machine. `cat` of the same files to `sha256sum` gives the same digits.
+/// The first 16 hexadecimal digits of the SHA-256 of the inputs one after the other, as they are: job, part, its body,
+/// check surfaces, machine. `cat` of the same files to `sha256sum` gives the same digits.
 pub fn hash(inputs: &[&[u8]]) -> String {
     let mut sha = Sha256::new();
     for input in inputs {
@@ -171,9 +194,9 @@ mod tests {
     fn every_bad_input_is_named_at_once() {
         let machine = Machine::named("xyzac-trt").unwrap();
         let bad = |name| InputFile { name, bytes: b"{" };
-        let findings =
-            Inputs::read(job("work_offset = \"G57\""), bad("p.json"), &[bad("c.stl")], &machine, "").unwrap_err();
+        let files = PartFiles { surface: bad("p.json"), body: Some(bad("b.stl")), check: &[bad("c.stl")] };
+        let findings = Inputs::read(job("work_offset = \"G57\""), &files, &machine, "").unwrap_err();
         let files: Vec<_> = findings.iter().map(|f| f.place.as_ref().unwrap().file.as_str()).collect();
-        assert_eq!(files, ["p.json", "c.stl", "job.toml"]);
+        assert_eq!(files, ["p.json", "b.stl", "c.stl", "job.toml"]);
     }
 }

@@ -1,64 +1,48 @@
 //! Everything between the cuts: lead-in and lead-out along the motion, retracts, and links through free space.
 //!
 //! Free space is the outside of a sphere around part and check surfaces. A link runs on a larger sphere with the tool
-//! pointing away from its centre, so it is clear by construction; the ways in and out are tested.
+//! pointing away from its centre, so it is clear by construction; the ways in and out are tested all along.
 
+use crate::collide::{Clearance, Leg, Move, Obstacle, Role, ToolSolid};
 use crate::diagnostic::{Diagnostic, Result};
 use crate::geometry::{Direction, Point, Vector};
 use crate::motion::pose::{angle_between, great_circle};
 use crate::motion::{Pass, PassKind, PassMotion, Pose, RuledMotion};
-use crate::tool::{Element, Tool};
+use crate::part::Part;
+use crate::tool::Tool;
 
-/// Surface points that the tool must not enter, with a sphere around them.
+/// Surfaces that the tool must stay clear of, with a sphere around them.
 pub(super) struct Obstacles {
-    points: Vec<Point>,
+    surfaces: Vec<Obstacle>,
     centre: Point,
     radius: f64,
 }
 
 impl Obstacles {
-    /// Gathers points of part and check surfaces.
-    pub(super) fn new(points: Vec<Point>) -> Option<Self> {
+    /// Triangles of the part's surfaces, fine against the stand-off that they are kept at.
+    pub(super) fn of(part: &Part) -> Option<Self> {
+        let mut points: Vec<Point> = Vec::new();
+        let mut surfaces = Vec::new();
+        for surface in std::iter::once(&part.surface).chain(&part.body).chain(&part.check) {
+            let grid = surface.sample((surface.area().sqrt() / 60.0).max(1e-3));
+            let corners: Vec<Point> = grid.samples.iter().map(|s| s.point).collect();
+            surfaces.push(Obstacle::new("surface", Role::Avoid, &corners, &grid.triangles).ok()?);
+            points.extend(corners);
+        }
         let first = points.first()?.coords;
         let (low, high) = points.iter().fold((first, first), |(l, h), p| (l.inf(&p.coords), h.sup(&p.coords)));
         let centre = Point::from((low + high) / 2.0);
         let radius = points.iter().map(|p| (p - centre).norm()).fold(0.0, f64::max);
-        Some(Self { points, centre, radius })
+        Some(Self { surfaces, centre, radius })
     }
 
-    /// Least distance, mm, between the points and the tool, measured across its axis; negative inside the tool.
-    fn clearance(&self, tool: &Tool, pose: &Pose) -> f64 {
-        let d = pose.axis.into_inner();
-        let elements: Vec<&Element> = tool.flutes().iter().chain(tool.body().map(|(_, e)| e)).collect();
-        let mut least = f64::INFINITY;
-        for p in &self.points {
-            let from = p - pose.tip;
-            let height = from.dot(&d);
-            let radius = (from - d * height).norm();
-            if height < 0.0 {
-                least = least.min(height.hypot((radius - tool.max_radius()).max(0.0)));
-                continue;
-            }
-            let profile = elements.iter().filter_map(|e| radius_at(e, height)).fold(0.0, f64::max);
-            least = least.min(radius - profile);
-        }
-        least
-    }
-}
-
-/// Largest radius of an element at a height it reaches.
-fn radius_at(element: &Element, height: f64) -> Option<f64> {
-    let (a, b) = (element.start(), element.end());
-    if !(a.height.min(b.height)..=a.height.max(b.height)).contains(&height) {
-        return None;
-    }
-    match element {
-        Element::Line { .. } if b.height - a.height < 1e-9 => Some(a.radius.max(b.radius)),
-        Element::Line { .. } => Some(a.radius + (b.radius - a.radius) * (height - a.height) / (b.height - a.height)),
-        Element::Arc { centre, radius, .. } => {
-            let off = height - centre.height;
-            Some((centre.radius + (radius * radius - off * off).max(0.0).sqrt()).max(0.0))
-        }
+    /// Least clearance of the whole tool on its way from pose to pose, mm, if below `margin`; negative where it enters
+    /// a surface.
+    fn clearance_below(&self, margin: f64, tool: &ToolSolid, (from, to): (&Pose, &Pose)) -> Option<f64> {
+        let way = [Move { sweep: Leg { from: *from, to: *to }, cutting: false }];
+        let resolution = 0.05 * margin;
+        let near = Clearance { tool, obstacles: &self.surfaces, resolution }.below(&way, margin);
+        near.iter().map(|approach| approach.clearance).min_by(f64::total_cmp)
     }
 }
 
@@ -152,18 +136,15 @@ fn way_out(
     sizes: &LinkSizes,
 ) -> Result<(Pose, Pose)> {
     let sphere = link_radius(tool, obstacles, sizes);
+    let solid = ToolSolid::of(tool);
     let mut best = f64::NEG_INFINITY;
     for factor in [1.0, 2.0, 4.0, 8.0] {
         let lateral = Pose { tip: from.tip + normal * (sizes.stand_off * factor), axis: from.axis };
         let way = distance_to_sphere(&lateral, &obstacles.centre, sphere);
         let outer = Pose { tip: lateral.at_height(way), axis: lateral.axis };
-        let count = 24;
-        let least = (0..=count)
-            .map(|i| obstacles.clearance(tool, &lateral.interpolate(&outer, f64::from(i) / f64::from(count))))
-            .fold(f64::INFINITY, f64::min);
-        if least > 0.2 * sizes.stand_off {
+        let Some(least) = obstacles.clearance_below(0.2 * sizes.stand_off, &solid, (&lateral, &outer)) else {
             return Ok((lateral, outer));
-        }
+        };
         best = best.max(least);
     }
     Err(Diagnostic::error(format!(

@@ -1,5 +1,5 @@
 //! Strategies that choose the tool path: single sweep and multi-strip. Uses `diagnostic`, `geometry`, `part`, `tool`,
-//! `motion`, `envelope` and `optimize`.
+//! `motion`, `envelope`, `optimize` and `collide`.
 
 mod assess;
 mod chart;

@@ -273,12 +273,8 @@ impl<'a> Planner<'a> {
     /// Leads, links and retracts around the strips.
     pub(super) fn passes(&self, motions: &[RuledMotion]) -> Result<Vec<Pass>> {
         let request = self.request;
-        let mut points: Vec<Point> = Vec::new();
-        for surface in std::iter::once(&request.part.surface).chain(&request.part.check) {
-            let spacing = (surface.area().sqrt() / 60.0).max(1e-3);
-            points.extend(surface.sample(spacing).samples.iter().map(|s| s.point));
-        }
-        let obstacles = Obstacles::new(points).ok_or_else(|| Diagnostic::error("the part's surface has no points"))?;
+        let obstacles =
+            Obstacles::of(request.part).ok_or_else(|| Diagnostic::error("the part's surface has no points"))?;
         let sizes = LinkSizes {
             lead: request.strategy.lead.unwrap_or_else(|| request.tool.max_radius()),
             stand_off: request.strategy.stand_off.unwrap_or(2.0),

@@ -15,7 +15,7 @@ fn twisted() -> Part {
     let knots = || vec![0.0, 0.0, 1.0, 1.0];
     let surface = SplineSurface::new([1, 1], [knots(), knots()], control, None).unwrap();
     let surface = DesignSurface::Spline(OrientedSpline::new(surface, false).unwrap());
-    Part { name: "twisted".into(), surface, check: Vec::new() }
+    Part { name: "twisted".into(), surface, body: None, check: Vec::new() }
 }
 
 fn cylinder() -> Tool {

@@ -1,5 +1,5 @@
-//! Where the tool touches what it must not: shank and holder against what the flutes leave, any part of the tool against
-//! check surfaces, rapids against material. Uses `part`, `tool` and the other files of this module.
+//! Where the tool touches what it must not, gathered: crossings of surfaces from elsewhere; here, from samples of the part,
+//! shank and holder against what the flutes leave and rapids against material. Uses the other files of this module.
 
 use super::deviation::PartDeviation;
 use super::measured::ray_of;
@@ -8,7 +8,6 @@ use super::ray::NormalRay;
 use super::strips::Runs;
 use super::sweep::Sweep;
 use super::swept::{Query, Touch};
-use crate::part::DesignSurface;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
@@ -30,6 +29,8 @@ pub enum ToolBody {
 pub enum Obstacle {
     /// The part as the flutes leave it.
     Part,
+    /// The finished part's body.
+    Body,
     /// A check surface, by its index.
     Check(usize),
 }
@@ -64,6 +65,7 @@ impl Obstacle {
     pub fn name(self) -> String {
         match self {
             Self::Part => "part".to_owned(),
+            Self::Body => "part's body".to_owned(),
             Self::Check(index) => format!("check surface {}", index + 1),
         }
     }
@@ -76,7 +78,8 @@ pub(super) struct Contacts {
 }
 
 impl Contacts {
-    fn add(&mut self, runs: &Runs, contact: Contact) {
+    /// Takes one in.
+    pub(super) fn add(&mut self, runs: &Runs, contact: Contact) {
         let key = (contact.body, contact.obstacle, runs.of_block(contact.when.block));
         let entry = self.deepest.entry(key).or_insert(contact);
         if contact.depth > entry.depth {
@@ -110,22 +113,6 @@ impl Contacts {
             if let Some(Touch { depth, when, .. }) = touch {
                 self.add(runs, Contact { body, obstacle: Obstacle::Part, when, depth: left(index) - depth });
             }
-        }
-    }
-
-    /// A body inside a check surface, by more than `allowance`.
-    pub(super) fn body_in_check<M: BlockMotion>(
-        &mut self,
-        body: ToolBody,
-        sweep: &Sweep<'_, M>,
-        (index, surface): (usize, &DesignSurface),
-        runs: &Runs,
-        (spacing, allowance): (f64, f64),
-    ) {
-        let rays: Vec<NormalRay> = surface.sample(spacing).samples.iter().map(ray_of).collect();
-        for touch in sweep.lowest_all(&rays, |_| -allowance).into_iter().flatten() {
-            let Touch { depth, when, .. } = touch;
-            self.add(runs, Contact { body, obstacle: Obstacle::Check(index), when, depth: -depth });
         }
     }
 

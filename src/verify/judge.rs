@@ -2,6 +2,7 @@
 
 use super::body::Body;
 use super::contacts::{Contact, Contacts, ToolBody};
+use super::crossings::{Allowed, crossings};
 use super::deviation::{Fineness, PartDeviation, measure};
 use super::motion_tree::Instant;
 use super::record::{
@@ -98,17 +99,14 @@ pub fn verify(subject: &Subject<'_>, settings: &Settings) -> Verified {
     let mut contacts = Contacts::default();
     let rapids = (subject.tolerance.undercut, settings.window.outward, settings.contact);
     contacts.rapids_in_part(&sweep, &part, &runs, rapids);
-    let check = (spacing, settings.contact);
-    for surface in subject.part.check.iter().enumerate() {
-        contacts.body_in_check(ToolBody::Flutes, &sweep, surface, &runs, check);
-    }
     for (body, section) in [(ToolBody::Shank, Section::Shank), (ToolBody::Holder, Section::Holder)] {
         let solid = Body::of(subject.tool.body().filter(|(s, _)| *s == section).map(|(_, element)| element));
         let sweep = timeline.sweep(&solid, settings.window, settings.resolution);
         contacts.body_on_part(body, &sweep, &part, &runs, settings.window.outward, settings.contact);
-        for surface in subject.part.check.iter().enumerate() {
-            contacts.body_in_check(body, &sweep, surface, &runs, check);
-        }
+    }
+    let allowed = Allowed { contact: settings.contact, overcut: subject.tolerance.overcut, spacing };
+    for contact in crossings(motion, subject.tool, subject.part, allowed) {
+        contacts.add(&runs, contact);
     }
 
     let axes = motion.axis_report();

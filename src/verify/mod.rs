@@ -3,6 +3,7 @@
 
 mod body;
 mod contacts;
+mod crossings;
 mod deviation;
 mod judge;
 mod measured;

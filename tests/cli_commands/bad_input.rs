@@ -74,6 +74,30 @@ fn normals_into_the_material_that_a_body_gives_away() {
 }
 
 #[test]
+fn a_body_that_is_open_inside_out_or_no_mesh() {
+    let shop = Workshop::new();
+    let (plate, block) = plate_on_block();
+    shop.write("patch.json", plate);
+    shop.job_with("file = \"patch.json\"", "file = \"patch.json\"\nbody = \"block.stl\"");
+    let facet = block.find("facet").expect("facets");
+    let second = facet + block[facet + 1..].find("facet normal").expect("another facet") + 1;
+    shop.write("block.stl", block.replacen(&block[facet..second], "", 1));
+    run_refused(&shop, "the mesh is open where a closed body is required: it has 1 boundary loop", "block.stl");
+    run_refused(&shop, "close its holes", "");
+    let turned: Vec<&str> = block.split("outer loop\n").collect();
+    let turn = |corners: &str| {
+        let lines: Vec<&str> = corners.lines().collect();
+        [&[lines[1], lines[0]], &lines[2..]].concat().join("\n") + "\n"
+    };
+    let inside_out =
+        turned[0].to_owned() + &turned[1..].iter().map(|t| format!("outer loop\n{}", turn(t))).collect::<String>();
+    shop.write("block.stl", inside_out);
+    run_refused(&shop, "point inward", "block.stl");
+    shop.job_with("file = \"patch.json\"", "file = \"patch.json\"\nbody = \"patch.json\"");
+    run_refused(&shop, "a spline patch is given where a closed body is required", "patch.json");
+}
+
+#[test]
 fn wrong_keys_types_and_sizes_in_a_job() {
     let shop = Workshop::new();
     for (from, to, message, place) in [

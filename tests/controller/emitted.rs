@@ -5,7 +5,7 @@ use regulus::job::Job;
 use regulus::machine::{DialectOptions, Machine, Setup, builtin};
 use regulus::motion::ToolPath;
 use regulus::nc::{Program, Rules, read};
-use regulus::pipeline::{InputFile, Inputs, judge, plan, post_job};
+use regulus::pipeline::{InputFile, Inputs, PartFiles, judge, plan, post_job};
 use regulus::simulate::ToolMotion;
 use regulus::verify::{DeviationRecord, Settings, Subject, verify};
 use std::fs;
@@ -35,7 +35,7 @@ fn inputs(name: &str, tcp: bool, change: impl Fn(&mut DialectOptions)) -> Inputs
     let part = InputFile { name: "arc.json", bytes: PART };
     let mut machine = Machine::named(name).unwrap();
     change(&mut machine.control.options);
-    Inputs::read(job, part, &[], &machine, builtin(name).unwrap()).unwrap()
+    Inputs::read(job, &PartFiles::alone(part), &machine, builtin(name).unwrap()).unwrap()
 }
 
 /// A sample's job.
@@ -46,7 +46,7 @@ fn sample(name: &str) -> Inputs {
     let bytes = fs::read(folder.join(&job.part.file)).unwrap();
     let (file, machine) = (job.part.file.clone(), job.machine.file.clone());
     let part = InputFile { name: &file, bytes: &bytes };
-    Inputs::read(job, part, &[], &Machine::named(&machine).unwrap(), builtin(&machine).unwrap()).unwrap()
+    Inputs::read(job, &PartFiles::alone(part), &Machine::named(&machine).unwrap(), builtin(&machine).unwrap()).unwrap()
 }
 
 impl Emitted {

@@ -29,7 +29,7 @@ pub fn require_closed(surface: &DesignSurface) -> Result<()> {
             "the triangles of the closed mesh point inward (its volume counts as {:.4} mm³)",
             mesh.signed_volume()
         ))
-        .help("write flip = true, or invert the faces in a mesh editor"));
+        .help("invert its faces in a mesh editor"));
     }
     Ok(())
 }

@@ -151,7 +151,7 @@ fn stl_text_and_binary_are_the_same_closed_body() {
 fn bodies_open_or_inside_out_are_refused_where_they_must_be_closed() {
     let options = ReadOptions { flip: true, ..ReadOptions::default() };
     let error = require_closed(&read(&binary(), "t.stl", &options).unwrap()).unwrap_err();
-    assert!(error.message.contains("point inward") && error.help.unwrap().contains("flip"));
+    assert!(error.message.contains("point inward") && error.help.unwrap().contains("invert"));
     let start = ASCII.rfind("facet normal").unwrap();
     let open_body = open(&format!("{}endsolid", &ASCII[..start]), "t.stl").unwrap();
     assert!(require_closed(&open_body).unwrap_err().message.contains("1 boundary loop,"));

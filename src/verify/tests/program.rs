@@ -2,11 +2,10 @@
 
 use super::fixtures::*;
 use super::region::plane;
-use crate::feed::durations;
 use crate::geometry::{Point, SplineCurve};
-use crate::machine::{LinearizeOptions, Machine, Setup, linearize};
+use crate::machine::{AxisMove, LinearizeOptions, Machine, ProgramWords, Setup, linearize};
 use crate::motion::{FeedReference, Pass, PassKind, PassMotion, Pose, RuledMotion, ToolPath, ToolSummary};
-use crate::nc::{Rules, WriteRequest, read, write};
+use crate::nc::{Rules, read};
 use crate::part::Part;
 use crate::simulate::{ToolMotion, simulate};
 use crate::verify::{BlockMotion, Settings, Subject, ToleranceRecord, Verdict, Verified, verify};
@@ -29,7 +28,7 @@ fn motion(text: &str) -> ToolMotion {
 }
 
 fn check(text: &str, path: Option<&ToolPath>, settings: &Settings) -> Verified {
-    let part = Part { name: "plane".into(), surface: plane([-20.0, 20.0], [-8.0, 8.0]), check: vec![] };
+    let part = Part { name: "plane".into(), surface: plane([-20.0, 20.0], [-8.0, 8.0]), body: None, check: vec![] };
     let tolerance = ToleranceRecord { overcut: 0.005, undercut: 0.02 };
     let (motion, tool) = (motion(text), cylinder(10.0));
     verify(&Subject { motion: &motion, tool: &tool, part: &part, tolerance, path }, settings)
@@ -231,18 +230,16 @@ fn round_trip_of_an_uneven_pass_is_what_following_it_in_blocks_costs() {
     let machine = Machine::named("xyzac-trt").unwrap();
     let setup = Setup::new(&machine, "G54", 200.0).unwrap();
     let linearized = linearize(&path, &setup, true, &LinearizeOptions::default()).unwrap();
-    let moves = durations(&path, &setup, true, &linearized.moves);
-    let request = WriteRequest {
-        path: &path,
-        moves: &moves,
-        setup: &setup,
-        work_offset: "G54",
-        tcp: true,
-        input_hash: "",
-        number: 1,
-        modal: true,
+    let block = |m: &AxisMove| {
+        let ProgramWords { linear: [x, y, z], rotary: [a, c] } = setup.tcp_words(&m.to);
+        format!("X{x:.5} Y{y:.5} Z{z:.5} A{a:.5} C{c:.5}")
     };
-    let text = write(&request).unwrap().text;
+    let blocks: Vec<String> = linearized.moves.iter().map(block).collect();
+    let text = format!(
+        "G21 G90 G54\nT1 M6\nS8000 M3\nG43 H1\nM428\nG0 {}\nG1 F600 {}\nM429\nM30\n",
+        blocks[0],
+        blocks[1..].join("\n")
+    );
     let motion = motion(&text);
     let (mut tip, mut axis): (f64, f64) = (0.0, 0.0);
     let feed: Vec<usize> = (0..motion.blocks()).filter(|block| !motion.is_rapid(*block)).collect();

@@ -3,10 +3,11 @@
 use super::fixtures::*;
 use crate::geometry::{Point, RigidMotion, SplineSurface, TriangleMesh, Vector};
 use crate::motion::Pose;
-use crate::part::{DesignSurface, OrientedSpline};
+use crate::part::{DesignSurface, OrientedSpline, Part};
 use crate::tool::{CutterShape, Fixture, Section, Tool};
 use crate::verify::body::Body;
 use crate::verify::contacts::{Contact, Contacts, Obstacle, ToolBody};
+use crate::verify::crossings::{Allowed, crossings};
 use crate::verify::deviation::{Fineness, PartDeviation, measure};
 use crate::verify::strips::{Runs, Seams, seams};
 use crate::verify::sweep::Timeline;
@@ -180,15 +181,23 @@ fn contacts(tool: &Tool, motion: &Blocks, surface: &DesignSurface, check: Option
     let part = measure(surface, &sweep, WINDOW, &fineness(0.7));
     let mut found = Contacts::default();
     found.rapids_in_part(&sweep, &part, &runs, (0.02, WINDOW.outward, 1e-3));
-    if let Some(check) = check {
-        found.body_in_check(ToolBody::Flutes, &sweep, (0, check), &runs, (0.7, 1e-3));
-    }
     for (body, section) in [(ToolBody::Shank, Section::Shank), (ToolBody::Holder, Section::Holder)] {
         let solid = Body::of(tool.body().filter(|(s, _)| *s == section).map(|(_, e)| e));
         found.body_on_part(body, &timeline.sweep(&solid, WINDOW, 1e-6), &part, &runs, WINDOW.outward, 1e-3);
     }
+    let part = Part {
+        name: "region".into(),
+        surface: surface.clone(),
+        body: None,
+        check: check.into_iter().cloned().collect(),
+    };
+    for contact in crossings(motion, tool, &part, ALLOWED) {
+        found.add(&runs, contact);
+    }
     found.into_sorted()
 }
+
+const ALLOWED: Allowed = Allowed { contact: 1e-3, overcut: 5e-3, spacing: 0.7 };
 
 #[test]
 fn rapid_through_the_part_is_found_and_rapid_along_the_cut_is_not() {
@@ -254,5 +263,52 @@ fn check_surface_is_kept_clear() {
     assert_eq!(run(7.0), vec![]);
     let hit = run(7.25);
     assert_eq!((hit.len(), hit[0].obstacle), (1, Obstacle::Check(0)));
-    assert!((hit[0].depth - 0.25).abs() < 0.05, "{hit:?}");
+    // As deep as it is, to the hundredth part.
+    assert!((0.25 * 0.99 - 2.5e-4..=0.25).contains(&hit[0].depth), "{hit:?}");
+    assert_eq!(run(7.0009), vec![]);
+    assert_eq!(run(7.0019).len(), 1);
+}
+
+/// A nail of 0.02 mm x 2 mm, no wider than a hair: no sample of it or of the motion need lie where they meet.
+fn nail(x: f64, y: f64) -> DesignSurface {
+    let corners = vec![Point::new(x, y, -1.0), Point::new(x + 0.02, y, -1.0), Point::new(x, y, 1.0)];
+    DesignSurface::Mesh(TriangleMesh::new(corners, vec![[0, 1, 2]]).unwrap())
+}
+
+#[test]
+fn a_nail_touched_in_passing_is_found() {
+    // The tool turns about the part's Z axis and comes nearest to the nail half way, by 0.01 mm.
+    let start = pose([30.0, 0.0, 0.0], [0.0, 0.0, 1.0]);
+    let motion = Blocks::feed(vec![Block::Turn(start, 1.0)]);
+    let at = |radius: f64| nail(radius * 0.5_f64.cos(), radius * 0.5_f64.sin());
+    let run = |radius: f64| contacts(&cylinder(10.0), &motion, &plane([-3.0, 3.0], [-3.0, 3.0]), Some(&at(radius)));
+    assert_eq!(run(35.0), vec![]);
+    let hit = run(34.98);
+    assert_eq!((hit.len(), hit[0].body), (1, ToolBody::Flutes));
+    assert!((hit[0].when.share - 0.5).abs() < 0.05 && (hit[0].depth - 0.02).abs() < 0.002, "{hit:?}");
+}
+
+#[test]
+fn the_body_is_entered_nowhere_but_cut_within_tolerance() {
+    // A block under the plane that is milled, with a step beside it.
+    let quad = |a: [f64; 3], b: [f64; 3], c: [f64; 3], d: [f64; 3]| [a, b, c, d].map(Point::from).to_vec();
+    let floor = quad([-10.0, -10.0, 0.0], [10.0, -10.0, 0.0], [10.0, 10.0, 0.0], [-10.0, 10.0, 0.0]);
+    let step = quad([-10.0, 10.0, 0.0], [10.0, 10.0, 0.0], [10.0, 10.0, 4.0], [-10.0, 10.0, 4.0]);
+    let body = TriangleMesh::new([floor, step].concat(), vec![[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]]).unwrap();
+    let part = Part {
+        name: "stepped".into(),
+        surface: plane([-10.0, 10.0], [-10.0, 10.0]),
+        body: Some(DesignSurface::Mesh(body)),
+        check: vec![],
+    };
+    let run = |y: f64, z: f64| {
+        let at = |x: f64| pose([x, y, z], [0.0, 0.0, 1.0]);
+        crossings(&Blocks::through(&[at(-20.0), at(20.0)]), &cylinder(10.0), &part, ALLOWED)
+    };
+    assert_eq!(run(5.0, 0.0), vec![]);
+    assert_eq!(run(5.0, -0.005), vec![]);
+    let deep = run(5.0, -0.01);
+    assert_eq!(deep.iter().map(|c| (c.body, c.obstacle)).collect::<Vec<_>>(), [(ToolBody::Flutes, Obstacle::Body)]);
+    let side = run(5.02, 0.0);
+    assert!((side[0].depth - 0.02).abs() < 1e-3, "{side:?}");
 }
