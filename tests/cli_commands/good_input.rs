@@ -159,7 +159,9 @@ fn the_job_of_the_readme_is_good() {
     assert_eq!((call.status, call.err.as_str()), (0, ""));
     // Every key that is commented out is known too.
     let every_key: String = job.lines().filter(|l| !l.starts_with("# engage_from")).map(uncommented).collect();
-    shop.write("hub.stl", "");
+    for name in ["hub.stl", "finished.stl"] {
+        shop.write(name, "");
+    }
     shop.write("job.toml", every_key);
     let call = shop.call(&["plan", "job.toml", "--out", "p.cl"]);
     assert!(!call.err.contains("unknown"), "{}", call.err);
