@@ -1,12 +1,13 @@
 //! `regulus machine`: the machines that come along, and checks of a user's own.
 
+use super::files::Outputs;
 use super::inputs::machine_file;
 use super::{Outcome, Refusal, Terminal};
 use crate::geometry::{Degrees, Radians};
 use crate::machine::{BUILTIN, Machine, Travel, check, schema};
 use clap::Subcommand;
 use std::fmt::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 #[derive(Subcommand)]
 pub(super) enum Action {
@@ -17,10 +18,13 @@ pub(super) enum Action {
         /// Name of a machine that comes along, or path of a machine file
         machine: String,
     },
-    /// Read a machine file, print its axes, try its kinematics there and back, look for contradictions
+    /// Read a machine file, print its axes, try its kinematics there and back, look for contradictions, draw its reach
     Check {
         /// Name of a machine that comes along, or path of a machine file
         machine: String,
+        /// Write the picture of the reach here, too
+        #[arg(long, value_name = "P.svg")]
+        picture: Option<PathBuf>,
     },
     /// Print the JSON Schema of machine files
     Schema,
@@ -37,10 +41,15 @@ pub(super) fn run(action: &Action, terminal: &mut Terminal) -> Result<Outcome, R
             terminal.print(&text);
         }
         Action::Show { machine } => terminal.print(&machine_file(machine, Path::new(""))?.text),
-        Action::Check { machine } => {
+        Action::Check { machine, picture } => {
             let machine = machine_file(machine, Path::new(""))?.machine;
             let report = check(&machine)?;
-            let text = format!("{}{}\n", axes(&machine), report.lines.join("\n"));
+            let text = format!("{}{}\n{}", axes(&machine), report.lines.join("\n"), report.map.text());
+            if let Some(picture) = picture {
+                let mut outputs = Outputs::default();
+                outputs.add(picture.clone(), report.map.svg(&machine.name));
+                outputs.write()?;
+            }
             terminal.print(&text);
             if !report.is_sound() {
                 return Ok(Outcome::Failed);
@@ -62,7 +71,7 @@ fn axes(machine: &Machine) -> String {
             axis.letter, axis.min, axis.max
         );
     }
-    for axis in &machine.rotary {
+    for axis in machine.rotary.iter().filter(|axis| axis.is_present()) {
         let degrees = |radians: f64| Degrees::from(Radians(radians)).0;
         let (from, to) = match axis.travel {
             Travel::Limited { min, max } => (format!("{:.3}", degrees(min)), format!("{:.3}", degrees(max))),

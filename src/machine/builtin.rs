@@ -4,9 +4,18 @@ use super::model::Machine;
 use crate::diagnostic::{Diagnostic, Result, nearest};
 
 /// Name and text of every machine that comes along, in alphabetical order.
-pub const BUILTIN: [(&str, &str); 5] = [
+pub const BUILTIN: [(&str, &str); 14] = [
     ("bridgemill", include_str!("../../machines/bridgemill.toml")),
+    ("dmg-dmu40-monoblock", include_str!("../../machines/dmg-dmu40-monoblock.toml")),
+    ("dmg-dmu50-evolution", include_str!("../../machines/dmg-dmu50-evolution.toml")),
+    ("dmg-dmu80p-duoblock", include_str!("../../machines/dmg-dmu80p-duoblock.toml")),
+    ("four-axis-a", include_str!("../../machines/four-axis-a.toml")),
+    ("haas-umc-750", include_str!("../../machines/haas-umc-750.toml")),
     ("head-b-table-c", include_str!("../../machines/head-b-table-c.toml")),
+    ("huron-kx100", include_str!("../../machines/huron-kx100.toml")),
+    ("mazak-variaxis-630", include_str!("../../machines/mazak-variaxis-630.toml")),
+    ("pocket-nc-v2", include_str!("../../machines/pocket-nc-v2.toml")),
+    ("tr-35", include_str!("../../machines/tr-35.toml")),
     ("trunnion-ac-30i", include_str!("../../machines/trunnion-ac-30i.toml")),
     ("xyzac-trt", include_str!("../../machines/xyzac-trt.toml")),
     ("xyzbc-trt", include_str!("../../machines/xyzbc-trt.toml")),

@@ -1,11 +1,12 @@
 //! What `machine check` says about a machine: contradictions, agreement of forward and inverse, reach, poles. Uses
-//! `diagnostic`, `geometry` and `motion`.
+//! `diagnostic` and `geometry`.
 
-use super::model::{Machine, Travel};
-use super::setup::{Setup, unwind};
+use super::axes::AxisPosition;
+use super::model::{Carrier, Machine, RotaryMotion, Travel};
+use super::reach::{ReachMap, Ways, poles, ways};
+use super::setup::Setup;
 use crate::diagnostic::Result;
-use crate::geometry::{Direction, Point, Vector};
-use crate::motion::Pose;
+use crate::geometry::{Direction, Vector};
 use std::f64::consts::{PI, TAU};
 
 /// Poses tried for agreement, and directions tried for reach.
@@ -30,6 +31,8 @@ pub struct CheckReport {
     pub reachable_share: f64,
     /// Tool axes, part frame, at which the rotary axis nearer the part does not matter.
     pub poles: Vec<Direction>,
+    /// The directions that the machine makes.
+    pub map: ReachMap,
 }
 
 impl CheckReport {
@@ -51,21 +54,16 @@ pub fn check(machine: &Machine) -> Result<CheckReport> {
     if tip_error > AGREEMENT.0 || axis_error > AGREEMENT.1 {
         contradictions.push(format!("forward does not undo inverse: {tip_error:.2e} mm, {axis_error:.2e} rad"));
     }
-    if reachable_share == 0.0 {
+    if reachable_share == 0.0 && machine.rotary.iter().all(|axis| axis.is_present()) {
         contradictions.push("no tool axis direction lies within the rotary limits".into());
     }
     let first = &machine.rotary[machine.chain[0]];
+    let map = ReachMap::new(&setup);
     let mut lines = vec![
         format!("{}: {}", machine.name, machine.description),
         format!("chain from part to tool: {}", chain(machine)),
         format!("forward after inverse on {POSES} poses: {tip_error:.1e} mm, {axis_error:.1e} rad"),
-        format!(
-            "tool axes {:.3} to {:.3} degrees from axis {}; {:.1} % of all directions lie within the limits",
-            reach[0].to_degrees(),
-            reach[1].to_degrees(),
-            first.letter,
-            100.0 * reachable_share
-        ),
+        reach_in_words(&setup, reachable_share),
     ];
     lines.extend(poles.iter().map(|pole| {
         format!(
@@ -74,19 +72,26 @@ pub fn check(machine: &Machine) -> Result<CheckReport> {
         )
     }));
     lines.extend(contradictions.iter().map(|c| format!("contradiction: {c}")));
-    Ok(CheckReport { lines, contradictions, tip_error, axis_error, reach, reachable_share, poles })
+    Ok(CheckReport { lines, contradictions, tip_error, axis_error, reach, reachable_share, poles, map })
 }
 
+/// The rotary axes that there are, in the order of the chain.
 fn chain(machine: &Machine) -> String {
-    let names = machine.chain.map(|k| {
-        let axis = &machine.rotary[k];
-        format!("{} ({:?})", axis.letter, axis.on).to_lowercase().replacen(
-            axis.letter.to_ascii_lowercase(),
-            &axis.letter.to_string(),
-            1,
-        )
+    let names = machine.chain.iter().filter_map(|k| {
+        let axis = machine.rotary.get(*k).filter(|axis| axis.is_present())?;
+        let carrier = match axis.on {
+            Carrier::Table => "table",
+            Carrier::Head => "head",
+        };
+        let when = match axis.motion {
+            RotaryMotion::Indexed { step } if step > 0.0 => format!(", indexed by {} degrees", step.to_degrees()),
+            RotaryMotion::Indexed { .. } => ", indexed".to_owned(),
+            RotaryMotion::Continuous | RotaryMotion::Absent => String::new(),
+        };
+        Some(format!("{} ({carrier}{when})", axis.letter))
     });
-    names.join(", ")
+    let names: Vec<String> = names.collect();
+    if names.is_empty() { "no rotary axis".to_owned() } else { names.join(", ") }
 }
 
 /// The `index`-th point of a sequence that fills the unit interval evenly, for a prime `base` (Halton).
@@ -108,12 +113,22 @@ fn direction(index: usize) -> Direction {
     Direction::new_normalize(Vector::new(radius * cos, radius * sin, z))
 }
 
+/// Poses that the machine takes up with its axes anywhere within their limits, through inverse and forward again.
 fn agreement(setup: &Setup) -> (f64, f64) {
+    let machine = setup.machine();
     let (mut tip, mut axis): (f64, f64) = (0.0, 0.0);
     for index in 0..POSES {
-        let place = [3, 5, 7].map(|base| 500.0 * (2.0 * halton(index + 1, base) - 1.0));
-        let pose = Pose { tip: Point::from(place), axis: direction(index) };
-        let Ok(solutions) = setup.inverse(&pose) else { continue };
+        let share = |base: usize| halton(index + 1, base);
+        let linear =
+            |k: usize, base| machine.linear[k].min + (machine.linear[k].max - machine.linear[k].min) * share(base);
+        let rotary = |k: usize, base| match machine.rotary[k].travel {
+            Travel::Limited { min, max } => min + (max - min) * share(base),
+            Travel::Unlimited | Travel::Wrapped => TAU * share(base),
+        };
+        let axes =
+            AxisPosition { linear: [linear(0, 2), linear(1, 3), linear(2, 5)], rotary: [rotary(0, 7), rotary(1, 11)] };
+        let pose = setup.forward(&axes);
+        let Ok(solutions) = setup.inverse(&pose) else { return (f64::INFINITY, f64::INFINITY) };
         for axes in solutions.branches {
             let back = setup.forward(&axes);
             tip = tip.max((back.tip - pose.tip).norm());
@@ -123,37 +138,29 @@ fn agreement(setup: &Setup) -> (f64, f64) {
     (tip, axis)
 }
 
-/// Whether an angle fits a travel with some number of whole turns.
-fn fits(travel: Travel, angle: f64) -> bool {
-    match travel {
-        Travel::Unlimited | Travel::Wrapped => true,
-        Travel::Limited { min, max } => travel.excess(unwind(angle, (min + max) / 2.0)) <= 1e-9,
-    }
-}
-
 fn reachable_share(setup: &Setup) -> f64 {
-    let rotary = &setup.machine().rotary;
-    let reachable = |index: &usize| {
-        let pose = Pose { tip: Point::origin(), axis: direction(*index) };
-        setup.inverse(&pose).is_ok_and(|solutions| {
-            let within = |axes: &super::AxisPosition| (0..2).all(|k| fits(rotary[k].travel, axes.rotary[k]));
-            solutions.branches.iter().any(within)
-        })
-    };
-    (0..POSES).filter(reachable).count() as f64 / POSES as f64
+    (0..POSES).filter(|index| ways(setup, direction(*index)) != Ways::None).count() as f64 / POSES as f64
 }
 
-/// The direction of the first axis of the chain and its opposite, as far as the machine makes them.
-fn poles(setup: &Setup) -> Vec<Direction> {
+/// What the rotary axes do for the tool, in words.
+fn reach_in_words(setup: &Setup, share: f64) -> String {
     let machine = setup.machine();
-    let first = machine.rotary[machine.chain[0]].direction;
-    let second = machine.chain[1];
-    let made = |pole: &Direction| {
-        setup.inverse(&Pose { tip: Point::origin(), axis: *pole }).is_ok_and(|solutions| {
-            solutions.branches.iter().any(|b| fits(machine.rotary[second].travel, b.rotary[second]))
-        })
-    };
-    [first, -first].into_iter().filter(made).collect()
+    let present: Vec<_> = machine.rotary.iter().filter(|axis| axis.is_present()).collect();
+    match present[..] {
+        [] => "the tool axis stands still".into(),
+        [only] => {
+            let angle = only.direction.angle(&machine.spindle.axis).to_degrees();
+            format!("the tool axis stays {angle:.3} degrees from axis {} and turns about it", only.letter)
+        }
+        _ => {
+            let [low, high] = setup.reach().map(f64::to_degrees);
+            format!(
+                "tool axes {low:.3} to {high:.3} degrees from axis {}; {:.1} % of all directions lie within the limits",
+                machine.rotary[machine.chain[0]].letter,
+                100.0 * share
+            )
+        }
+    }
 }
 
 /// What a machine file says that cannot all be true or of use.
@@ -182,7 +189,7 @@ fn contradictions(machine: &Machine) -> Vec<String> {
             }
         }
     }
-    for axis in &machine.rotary {
+    for axis in machine.rotary.iter().filter(|axis| axis.is_present()) {
         let step = 10f64.powi(-i32::from(options.rotary_digits)).to_radians();
         if let Travel::Limited { min, max } = axis.travel
             && max - min < step
@@ -204,10 +211,55 @@ mod tests {
     fn machines_that_come_along_are_sound() {
         for (name, _) in super::super::BUILTIN {
             let report = check(&Machine::named(name).unwrap()).unwrap();
-            assert!(report.is_sound(), "{:?}", report.contradictions);
+            assert!(report.is_sound(), "{name}: {:?}", report.contradictions);
             assert!(report.tip_error <= AGREEMENT.0 && report.axis_error <= AGREEMENT.1);
-            assert!((report.poles[0].z - 1.0).abs() < 1e-12, "{:?}", report.lines);
         }
+    }
+
+    #[test]
+    fn poles_lie_along_the_axis_nearer_the_part() {
+        let poles = |name: &str| check(&Machine::named(name).unwrap()).unwrap().poles;
+        for name in ["xyzac-trt", "bridgemill", "head-b-table-c", "dmg-dmu80p-duoblock", "tr-35", "haas-umc-750"] {
+            assert!((poles(name)[0].z - 1.0).abs() < 1e-12, "{name}");
+        }
+        assert!((poles("pocket-nc-v2")[0].y - 1.0).abs() < 1e-12);
+        assert!(poles("four-axis-a").is_empty());
+    }
+
+    #[test]
+    fn machines_with_fewer_axes_are_sound_too() {
+        let report = check(&Machine::named("four-axis-a").unwrap()).unwrap();
+        assert!(report.lines.iter().any(|line| line == "chain from part to tool: A (table)"), "{:?}", report.lines);
+        assert!(report.lines.iter().any(|line| line.contains("stays 90.000 degrees from axis A")));
+        // A great circle runs through two columns of every row.
+        let rows = |row| (0..72).filter(|column| report.map.at(row, *column) != Ways::None).count();
+        assert!((1..35).all(|row| (2..=4).contains(&rows(row))), "{}", report.map.text());
+        let mut plain = Machine::named("four-axis-a").unwrap();
+        plain.rotary[0].motion = RotaryMotion::Absent;
+        plain.rotary[0].travel = Travel::Limited { min: 0.0, max: 0.0 };
+        let report = check(&plain).unwrap();
+        assert!(report.is_sound() && report.lines.iter().any(|line| line.contains("stands still")));
+    }
+
+    #[test]
+    fn pictures_show_the_map() {
+        // A from -120 to 30 degrees: both branches within 30 degrees of the pole, one up to 120, none beyond.
+        let map = check(&Machine::named("mazak-variaxis-630").unwrap()).unwrap().map;
+        for row in 0..36 {
+            let expected = match row {
+                0..6 => Ways::Both,
+                6..24 => Ways::One,
+                _ => Ways::None,
+            };
+            assert!((0..72).all(|column| map.at(row, column) == expected), "{row}");
+        }
+        let text = map.text();
+        let rows: Vec<&str> = text.lines().skip(1).collect();
+        assert!(rows[2].ends_with(&"#".repeat(72)) && rows[3].ends_with(&"+".repeat(72)), "{text}");
+        assert!(rows[0].contains('O') && rows[17].ends_with(&".".repeat(72)));
+        let svg = map.svg("a < b & c");
+        assert_eq!(svg.matches("<polygon").count(), 36 * 72);
+        assert!(svg.contains("a &lt; b &amp; c") && svg.matches("<circle").count() == 1);
     }
 
     #[test]

@@ -1,17 +1,18 @@
 //! The machine file: raw tables as written, then checked values. Uses `diagnostic` and `geometry`.
 
 use super::control::{Control, Dialect, DialectOptions, FeedMode, TcpInterpolation, WorkOffset};
-use super::model::{AxisZero, Carrier, LinearAxis, Machine, RotaryAxis, Sense, Spindle, Travel};
-use super::rotaries::Rotaries;
+use super::file_rotary::RawRotary;
+use super::model::{AxisZero, LinearAxis, Machine, Spindle};
 use crate::diagnostic::{Result, TomlText};
 use crate::geometry::{Direction, Point, Vector};
+use nalgebra::Rotation3;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 
 /// Longest travel or pivot distance that is taken seriously, mm.
 const LONGEST: f64 = 1e5;
-/// Widest rotary limit that is taken seriously, degrees.
-const WIDEST: f64 = 1e6;
+/// Largest measured error of an axis' direction, degrees about one of the machine's axes.
+const LARGEST_ERROR: f64 = 5.0;
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -24,6 +25,7 @@ struct RawMachine {
     #[serde(default)]
     spindle: RawSpindle,
     linear: RawLinearAxes,
+    #[serde(default)]
     rotary: Vec<RawRotary>,
     control: RawControl,
 }
@@ -54,28 +56,13 @@ struct RawLinear {
     speed: f64,
     acceleration: f64,
     direction: Option<[f64; 3]>,
+    error: Option<RawLinearError>,
 }
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct RawRotary {
-    letter: String,
-    on: Carrier,
-    carried_by: Option<String>,
-    direction: [f64; 3],
-    pivot: [f64; 3],
-    #[serde(default)]
-    sense: Sense,
-    limits: RawTravel,
-    speed: f64,
-    acceleration: f64,
-}
-
-#[derive(Debug, Deserialize)]
-#[serde(untagged, expecting = "limits must be two numbers in square brackets, degrees, or text")]
-enum RawTravel {
-    Limits([f64; 2]),
-    Endless(String),
+struct RawLinearError {
+    rotation: [f64; 3],
 }
 
 #[derive(Debug, Deserialize)]
@@ -122,12 +109,12 @@ impl Machine {
 }
 
 /// Turns raw tables into checked values, blaming by path.
-struct Reader<'a> {
+pub(super) struct Reader<'a> {
     text: &'a TomlText,
 }
 
 impl Reader<'_> {
-    fn bad<T>(&self, path: &str, message: impl Into<String>, help: impl Into<String>) -> Result<T> {
+    pub(super) fn bad<T>(&self, path: &str, message: impl Into<String>, help: impl Into<String>) -> Result<T> {
         Err(self.text.blame(path, message).help(help))
     }
 
@@ -155,28 +142,12 @@ impl Reader<'_> {
                 "give each its own direction in space, at least a few degrees out of the plane of the others",
             );
         }
-        let [first, second] = raw.rotary.as_slice() else {
-            let message = format!("{} rotary axes; there must be two", raw.rotary.len());
-            return self.bad("rotary", message, "write two tables [[rotary]]");
-        };
-        let rotary = [self.rotary(0, first)?, self.rotary(1, second)?];
-        if rotary[0].letter == rotary[1].letter {
-            let message = format!("axis {} is named twice", rotary[0].letter);
-            return self.bad("rotary[1].letter", message, "give the second rotary axis its own letter, A, B or C");
-        }
-        let chain = self.chain([first, second], &rotary)?;
         let spindle = Spindle {
             axis: self.direction("spindle.axis", raw.spindle.axis.unwrap_or([0.0, 0.0, 1.0]))?,
             gauge_point: self.point("spindle.gauge_point", raw.spindle.gauge_point)?,
             axis_zero: raw.spindle.axis_zero,
         };
-        if let Err(reason) = Rotaries::new(rotary[chain[0]].direction, rotary[chain[1]].direction, spindle.axis) {
-            return self.bad(
-                &format!("rotary[{}].direction", chain[1]),
-                reason,
-                "check the directions of both rotary axes and of the spindle; the tool must tilt in two ways",
-            );
-        }
+        let (rotary, chain) = self.rotaries(&raw.rotary, spindle.axis)?;
         Ok(Machine {
             name: raw.name.clone(),
             description: raw.description.clone(),
@@ -192,94 +163,19 @@ impl Reader<'_> {
     fn linear(&self, letter: char, raw: &RawLinear, default: Vector) -> Result<LinearAxis> {
         let path = format!("linear.{letter}");
         let [min, max] = self.limits(&path, raw.limits, LONGEST, "mm")?;
+        let nominal = match raw.direction {
+            Some(direction) => self.direction(&format!("{path}.direction"), direction)?,
+            None => Direction::new_unchecked(default),
+        };
+        let rotation = raw.error.as_ref().map(|error| error.rotation);
         Ok(LinearAxis {
             letter,
-            direction: match raw.direction {
-                Some(direction) => self.direction(&format!("{path}.direction"), direction)?,
-                None => Direction::new_unchecked(default),
-            },
+            direction: self.measured(&format!("{path}.error"), nominal, rotation)?,
             min,
             max,
             speed: self.positive(&format!("{path}.speed"), raw.speed, "mm/min")? / 60.0,
             acceleration: self.positive(&format!("{path}.acceleration"), raw.acceleration, "mm/s^2")?,
         })
-    }
-
-    fn rotary(&self, index: usize, raw: &RawRotary) -> Result<RotaryAxis> {
-        let path = format!("rotary[{index}]");
-        let letter = match raw.letter.as_str() {
-            "A" => 'A',
-            "B" => 'B',
-            "C" => 'C',
-            other => {
-                let message = format!("\"{other}\" is not the letter of a rotary axis");
-                return self.bad(&format!("{path}.letter"), message, "write \"A\", \"B\" or \"C\"");
-            }
-        };
-        let travel = match &raw.limits {
-            RawTravel::Limits(limits) => {
-                let [min, max] = self.limits(&path, *limits, WIDEST, "degrees")?;
-                Travel::Limited { min: min.to_radians(), max: max.to_radians() }
-            }
-            RawTravel::Endless(how) if how == "unlimited" => Travel::Unlimited,
-            RawTravel::Endless(how) if how == "wrapped" => Travel::Wrapped,
-            RawTravel::Endless(other) => {
-                return self.bad(
-                    &format!("{path}.limits"),
-                    format!("\"{other}\" is not a travel"),
-                    "write [lower, upper] in degrees, or \"unlimited\", or \"wrapped\"",
-                );
-            }
-        };
-        Ok(RotaryAxis {
-            letter,
-            on: raw.on,
-            direction: self.direction(&format!("{path}.direction"), raw.direction)?,
-            pivot: self.point(&format!("{path}.pivot"), raw.pivot)?,
-            sense: raw.sense,
-            travel,
-            speed: self.positive(&format!("{path}.speed"), raw.speed, "degrees/min")?.to_radians() / 60.0,
-            acceleration: self.positive(&format!("{path}.acceleration"), raw.acceleration, "degrees/s^2")?.to_radians(),
-        })
-    }
-
-    /// Order of the rotary axes from the part to the tool.
-    fn chain(&self, raw: [&RawRotary; 2], rotary: &[RotaryAxis; 2]) -> Result<[usize; 2]> {
-        for (index, axis) in raw.iter().enumerate() {
-            let Some(carrier) = &axis.carried_by else { continue };
-            let path = format!("rotary[{index}].carried_by");
-            let other = &rotary[1 - index];
-            if *carrier != other.letter.to_string() {
-                let message =
-                    format!("axis {} is carried by \"{carrier}\", which is not the other rotary axis", axis.letter);
-                return self.bad(&path, message, format!("write \"{}\", or leave the key out", other.letter));
-            }
-            if other.on != axis.on {
-                let message = format!("axis {} and axis {carrier} are not on the same side", axis.letter);
-                return self.bad(&path, message, "leave carried_by out when one axis turns the table and one the head");
-            }
-        }
-        let carried = raw.map(|axis| axis.carried_by.is_some());
-        match (rotary[0].on, rotary[1].on, carried) {
-            (Carrier::Table, Carrier::Head, _) => Ok([0, 1]),
-            (Carrier::Head, Carrier::Table, _) => Ok([1, 0]),
-            (Carrier::Table, Carrier::Table, [true, false]) | (Carrier::Head, Carrier::Head, [false, true]) => {
-                Ok([0, 1])
-            }
-            (Carrier::Table, Carrier::Table, [false, true]) | (Carrier::Head, Carrier::Head, [true, false]) => {
-                Ok([1, 0])
-            }
-            (_, _, [true, true]) => self.bad(
-                "rotary[1].carried_by",
-                "the two rotary axes carry each other",
-                "keep carried_by only on the axis that sits on the other one",
-            ),
-            (_, _, [false, false]) => self.bad(
-                "rotary[1]",
-                "both rotary axes are on the same side, and neither says that the other carries it",
-                format!("write carried_by = \"{}\" on the axis that sits on axis {0}", rotary[0].letter),
-            ),
-        }
     }
 
     fn control(&self, raw: &RawControl) -> Result<Control> {
@@ -347,7 +243,7 @@ impl Reader<'_> {
         })
     }
 
-    fn limits(&self, path: &str, [min, max]: [f64; 2], most: f64, unit: &str) -> Result<[f64; 2]> {
+    pub(super) fn limits(&self, path: &str, [min, max]: [f64; 2], most: f64, unit: &str) -> Result<[f64; 2]> {
         let path = format!("{path}.limits");
         if min >= max {
             return self.bad(
@@ -363,14 +259,14 @@ impl Reader<'_> {
         Ok([min, max])
     }
 
-    fn positive(&self, path: &str, value: f64, unit: &str) -> Result<f64> {
+    pub(super) fn positive(&self, path: &str, value: f64, unit: &str) -> Result<f64> {
         if value > 0.0 && value < 1e12 {
             return Ok(value);
         }
         self.bad(path, format!("{value} {unit} is not a positive rate"), format!("write a number above zero, {unit}"))
     }
 
-    fn direction(&self, path: &str, [x, y, z]: [f64; 3]) -> Result<Direction> {
+    pub(super) fn direction(&self, path: &str, [x, y, z]: [f64; 3]) -> Result<Direction> {
         match Direction::try_new(Vector::new(x, y, z), 1e-6) {
             Some(direction) => Ok(direction),
             None => self.bad(
@@ -381,7 +277,20 @@ impl Reader<'_> {
         }
     }
 
-    fn point(&self, path: &str, value: [f64; 3]) -> Result<Point> {
+    /// A direction turned by a measured error, degrees about the machine's X, Y and Z.
+    pub(super) fn measured(&self, path: &str, nominal: Direction, rotation: Option<[f64; 3]>) -> Result<Direction> {
+        let Some(degrees) = rotation else { return Ok(nominal) };
+        if let Some(large) = degrees.iter().find(|angle| angle.abs() > LARGEST_ERROR) {
+            return self.bad(
+                &format!("{path}.rotation"),
+                format!("{large} degrees is more than an error of alignment"),
+                format!("write at most {LARGEST_ERROR} degrees, or give the axis another direction"),
+            );
+        }
+        Ok(Rotation3::new(Vector::from(degrees.map(f64::to_radians))) * nominal)
+    }
+
+    pub(super) fn point(&self, path: &str, value: [f64; 3]) -> Result<Point> {
         match value.iter().find(|v| v.abs() > LONGEST) {
             None => Ok(Point::from(value)),
             Some(far) => self.bad(path, format!("{far} mm is beyond {LONGEST} mm, which no machine has"), "write mm"),

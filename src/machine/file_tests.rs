@@ -1,6 +1,7 @@
 //! Bad machine files: every complaint has a place and a remedy.
 
 use super::*;
+use crate::geometry::Vector;
 
 fn complaint(from: &str, to: &str) -> String {
     let text = builtin("xyzac-trt").unwrap();
@@ -49,6 +50,80 @@ fn directions_that_do_not_span() {
     // The axis nearer the tool along the spindle: on this chain that is A.
     let said = complaint("[linear.X]", "[spindle]\naxis = [1, 0, 0]\n\n[linear.X]");
     assert_says(&said, &["does not tilt the tool"]);
+}
+
+/// The trunnion's text with one place changed.
+fn changed(from: &str, to: &str) -> Machine {
+    let text = builtin("xyzac-trt").unwrap();
+    assert!(text.contains(from), "the file has no {from}");
+    Machine::read("m.toml", &text.replacen(from, to, 1)).unwrap()
+}
+
+/// The trunnion's text with only its first rotary axes.
+fn with_rotaries(count: usize) -> Machine {
+    let text = builtin("xyzac-trt").unwrap();
+    let (head, control) = text.split_once("[control]").unwrap();
+    let mut tables = head.split("[[rotary]]");
+    let kept: String = tables
+        .next()
+        .into_iter()
+        .map(str::to_owned)
+        .chain(tables.take(count).map(|t| format!("[[rotary]]{t}")))
+        .collect();
+    Machine::read("m.toml", &format!("{kept}[control]{control}")).unwrap()
+}
+
+#[test]
+fn measured_errors_move_the_axes() {
+    let nominal = Machine::named("xyzac-trt").unwrap();
+    let tilted = changed(
+        "direction = [1, 0, 0]",
+        "direction = [1, 0, 0]\nerror = { rotation = [0, 0, 0.01], shift = [0, 0.02, -0.03] }",
+    );
+    let (was, is) = (&nominal.rotary[0], &tilted.rotary[0]);
+    // X turned about Z by 0.01 degrees leans toward Y.
+    assert!((is.direction.y - 0.01_f64.to_radians().sin()).abs() < 1e-15 && is.direction.z.abs() < 1e-18);
+    assert!(((is.pivot - was.pivot) - Vector::new(0.0, 0.02, -0.03)).norm() < 1e-12);
+    let skewed = changed("[linear.X]", "[linear.X]\nerror = { rotation = [0, 0, 0.02] }");
+    assert!((skewed.linear[0].direction.y - 0.02_f64.to_radians().sin()).abs() < 1e-15);
+    // 100 mm along the leaning X axis go 100 sin(0.02 degrees) mm sideways.
+    let setup = Setup::new(&skewed, "G54", 50.0).unwrap();
+    let at = |x: f64| setup.forward(&AxisPosition { linear: [x, 0.0, 0.0], rotary: [0.0; 2] }).tip;
+    assert!((at(100.0).y - at(0.0).y - 100.0 * 0.02_f64.to_radians().sin()).abs() < 1e-12);
+    let said = complaint("[linear.X]", "[linear.X]\nerror = { rotation = [0, 0, 45] }");
+    assert_says(&said, &["45 degrees is more than an error of alignment", "another direction"]);
+}
+
+#[test]
+fn fewer_axes_are_locked_ones() {
+    let four = with_rotaries(1);
+    assert_eq!(four.present_letters(), ['X', 'Y', 'Z', 'A']);
+    assert!(four.has_axis(3) && !four.has_axis(4) && four.rotary[1].letter != 'A');
+    let three = with_rotaries(0);
+    assert_eq!(three.present_letters(), ['X', 'Y', 'Z']);
+    assert_ne!(three.rotary[0].letter, three.rotary[1].letter);
+    // Their inverse kinematics stays exact.
+    for machine in [four, three] {
+        let report = check(&machine).unwrap();
+        assert!(report.is_sound(), "{:?}", report.contradictions);
+    }
+    let said = complaint(
+        "[control]",
+        "[[rotary]]\nletter = \"B\"\non = \"head\"\ndirection = [0, 1, 0]\npivot = [0, 0, 0]\nlimits = \"unlimited\"\nspeed = 1\nacceleration = 1\n\n[control]",
+    );
+    assert_says(&said, &["3 rotary axes; there can be two at most"]);
+}
+
+#[test]
+fn indexed_and_modulo_axes() {
+    let machine = changed("limits = [-360, 360]", "limits = \"modulo\"\nindex_step = 5");
+    let axis = &machine.rotary[0];
+    assert_eq!(axis.motion, RotaryMotion::Indexed { step: 5_f64.to_radians() });
+    assert!(axis.is_present() && !axis.is_continuous());
+    let Travel::Limited { min, max } = axis.travel else { panic!("{:?}", axis.travel) };
+    assert!(min == 0.0 && (max - std::f64::consts::TAU).abs() < 1e-6 && max < std::f64::consts::TAU);
+    let said = complaint("limits = [-360, 360]", "limits = [-360, 360]\nindex_step = 360");
+    assert_says(&said, &["360 degrees is not a step", "0 where it is clamped at any angle"]);
 }
 
 #[test]

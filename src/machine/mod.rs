@@ -6,12 +6,14 @@ mod builtin;
 pub mod check;
 pub mod control;
 mod file;
+mod file_rotary;
 #[cfg(test)]
 mod file_tests;
 pub mod linearize;
 pub mod model;
 #[cfg(test)]
 pub(crate) mod path_tests;
+pub mod reach;
 mod rotaries;
 pub mod schema;
 pub mod setup;
@@ -26,6 +28,7 @@ pub use builtin::{BUILTIN, builtin};
 pub use check::{CheckReport, check};
 pub use control::{Control, Dialect, DialectOptions, FeedMode, TcpInterpolation, WorkOffset};
 pub use linearize::{LinearizeOptions, Linearized, linearize};
-pub use model::{AxisZero, Carrier, LinearAxis, Machine, RotaryAxis, Sense, Spindle, Travel};
+pub use model::{AxisZero, Carrier, LinearAxis, Machine, RotaryAxis, RotaryMotion, Sense, Spindle, Travel};
+pub use reach::{ReachMap, Ways};
 pub use schema::schema;
 pub use setup::{Interpolation, InverseSolutions, Segment, Setup, Unreachable};

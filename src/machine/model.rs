@@ -71,6 +71,22 @@ pub enum Sense {
     Reversed,
 }
 
+/// When a rotary axis can turn.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum RotaryMotion {
+    /// At any time, together with the other axes.
+    #[default]
+    Continuous,
+    /// Only while the tool does not cut; it is clamped at multiples of the step, radians, or anywhere if that is zero.
+    Indexed {
+        /// Distance between the angles at which it is clamped, radians.
+        step: f64,
+    },
+    /// Never: the machine has no such axis. It stands at zero in a place of the chain that would else be empty, so that
+    /// machines with fewer axes are five-axis machines with locked ones.
+    Absent,
+}
+
 /// A rotary axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RotaryAxis {
@@ -86,6 +102,8 @@ pub struct RotaryAxis {
     pub sense: Sense,
     /// How far it turns.
     pub travel: Travel,
+    /// When it can turn.
+    pub motion: RotaryMotion,
     /// Top speed, rad/s.
     pub speed: f64,
     /// Top acceleration, rad/s^2.
@@ -99,6 +117,16 @@ impl RotaryAxis {
             Sense::Iso => 1.0,
             Sense::Reversed => -1.0,
         }
+    }
+
+    /// Whether the machine has this axis.
+    pub fn is_present(&self) -> bool {
+        self.motion != RotaryMotion::Absent
+    }
+
+    /// Whether it turns while the tool cuts.
+    pub fn is_continuous(&self) -> bool {
+        self.motion == RotaryMotion::Continuous
     }
 }
 
@@ -124,7 +152,7 @@ pub struct Spindle {
     pub axis_zero: AxisZero,
 }
 
-/// A 5-axis machine and its control.
+/// A machine of three to five axes and its control.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Machine {
     /// Name, as in a job file.
@@ -135,7 +163,8 @@ pub struct Machine {
     pub source: String,
     /// X, Y, Z.
     pub linear: [LinearAxis; 3],
-    /// The two rotary axes in the order of the machine file, which is the order in [`super::AxisPosition::rotary`].
+    /// The two rotary axes in the order of the machine file, which is the order in [`super::AxisPosition::rotary`]; those
+    /// that the machine does not have come last.
     pub rotary: [RotaryAxis; 2],
     /// Indices into `rotary` in the order of the chain from the part to the tool.
     pub chain: [usize; 2],
@@ -146,11 +175,23 @@ pub struct Machine {
 }
 
 impl Machine {
-    /// The letters of the five axes: X, Y, Z, then the rotary axes in the order of the machine file.
+    /// The letters of the five axes: X, Y, Z, then the rotary axes in the order of the machine file. An axis that the
+    /// machine does not have gets a letter that no other has.
     pub fn letters(&self) -> [char; 5] {
         let [x, y, z] = self.linear.each_ref().map(|axis| axis.letter);
         let [first, second] = self.rotary.each_ref().map(|axis| axis.letter);
         [x, y, z, first, second]
+    }
+
+    /// The letters of the axes that the machine has.
+    pub fn present_letters(&self) -> Vec<char> {
+        let rotary = self.rotary.iter().filter(|axis| axis.is_present()).map(|axis| axis.letter);
+        self.linear.iter().map(|axis| axis.letter).chain(rotary).collect()
+    }
+
+    /// Whether the machine has the axis of an index in [`Self::letters`].
+    pub fn has_axis(&self, index: usize) -> bool {
+        index < 3 || self.rotary.get(index - 3).is_some_and(RotaryAxis::is_present)
     }
 
     /// Top speeds in the order of [`Self::letters`], mm/s and rad/s.

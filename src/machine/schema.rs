@@ -11,11 +11,11 @@ fn value() -> Value {
     json!({
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "regulus machine file",
-        "description": "A 5-axis machine and its control. Lengths mm, angles degrees, speeds mm/min and degrees/min, \
+        "description": "A machine of three to five axes and its control. Lengths mm, angles degrees, speeds mm/min and degrees/min, \
                         accelerations mm/s^2 and degrees/s^2.",
         "type": "object",
         "additionalProperties": false,
-        "required": ["format", "version", "name", "description", "source", "linear", "rotary", "control"],
+        "required": ["format", "version", "name", "description", "source", "linear", "control"],
         "properties": {
             "format": { "const": "regulus-machine" },
             "version": { "const": 1 },
@@ -29,7 +29,7 @@ fn value() -> Value {
                 "required": ["X", "Y", "Z"],
                 "properties": { "X": linear(), "Y": linear(), "Z": linear() },
             },
-            "rotary": { "type": "array", "minItems": 2, "maxItems": 2, "items": rotary() },
+            "rotary": { "type": "array", "maxItems": 2, "items": rotary() },
             "control": control(),
         },
     })
@@ -61,6 +61,10 @@ fn digits(description: &str) -> Value {
     json!({ "type": "integer", "minimum": 0, "maximum": 9, "description": description })
 }
 
+fn rotation() -> Value {
+    numbers(3, "Measured: the axis' direction is turned by this about the machine's X, Y and Z, degrees.")
+}
+
 fn spindle() -> Value {
     json!({
         "type": "object",
@@ -86,6 +90,12 @@ fn linear() -> Value {
             "speed": positive("Top speed, mm/min."),
             "acceleration": positive("Top acceleration, mm/s^2."),
             "direction": numbers(3, "Way of the tool relative to the table when the axis counts up; its own letter's."),
+            "error": {
+                "type": "object",
+                "additionalProperties": false,
+                "required": ["rotation"],
+                "properties": { "rotation": rotation() },
+            },
         },
     })
 }
@@ -110,7 +120,20 @@ fn rotary() -> Value {
             },
             "limits": {
                 "description": "[lower, upper] in degrees, or how it turns without end.",
-                "oneOf": [numbers(2, "[lower, upper], degrees."), { "enum": ["unlimited", "wrapped"] }],
+                "oneOf": [numbers(2, "[lower, upper], degrees."), { "enum": ["unlimited", "wrapped", "modulo"] }],
+            },
+            "index_step": {
+                "type": "number", "minimum": 0, "exclusiveMaximum": 360,
+                "description": "For an axis that turns only while the tool does not cut: degrees between the angles at \
+                                which it is clamped, 0 for any angle.",
+            },
+            "error": {
+                "type": "object",
+                "additionalProperties": false,
+                "properties": {
+                    "rotation": rotation(),
+                    "shift": numbers(3, "Measured: the pivot lies off by this, mm."),
+                },
             },
             "speed": positive("Top speed, degrees/min."),
             "acceleration": positive("Top acceleration, degrees/s^2."),
@@ -174,6 +197,81 @@ mod tests {
         let value = value();
         let table = value.pointer(path).and_then(|v| v.get("properties")).and_then(Value::as_object).unwrap();
         table.keys().cloned().collect()
+    }
+
+    /// Where a value does not fit a schema, for what of JSON Schema this schema uses.
+    fn misfits(value: &Value, schema: &Value, path: &str, found: &mut Vec<String>) {
+        let mut say = |what: &str| found.push(format!("{path}: {what}"));
+        if let Some(constant) = schema.get("const").filter(|constant| *constant != value) {
+            say(&format!("is not {constant}"));
+        }
+        if schema.get("enum").and_then(Value::as_array).is_some_and(|allowed| !allowed.contains(value)) {
+            say("is none of the words");
+        }
+        let fits = match schema.get("type").and_then(Value::as_str) {
+            Some("object") => value.is_object(),
+            Some("array") => value.is_array(),
+            Some("string") => value.is_string(),
+            Some("boolean") => value.is_boolean(),
+            Some("integer") => value.is_i64(),
+            Some("number") => value.is_number(),
+            _ => true,
+        };
+        if !fits {
+            say("has another type");
+        }
+        let number = |key: &str| schema.get(key).and_then(Value::as_f64);
+        if let Some(given) = value.as_f64() {
+            let low = number("minimum").is_some_and(|least| given < least);
+            let lower = number("exclusiveMinimum").is_some_and(|least| given <= least);
+            if low || lower || number("maximum").is_some_and(|most| given > most) {
+                say("is out of range");
+            }
+        }
+        if let Some(one_of) = schema.get("oneOf").and_then(Value::as_array) {
+            let fitting = one_of.iter().filter(|schema| {
+                let mut found = Vec::new();
+                misfits(value, schema, path, &mut found);
+                found.is_empty()
+            });
+            if fitting.count() != 1 {
+                say("does not fit exactly one form");
+            }
+        }
+        if let Some(list) = value.as_array() {
+            if number("minItems").is_some_and(|n| (list.len() as f64) < n)
+                || number("maxItems").is_some_and(|n| list.len() as f64 > n)
+            {
+                say("has another length");
+            }
+            for (index, item) in list.iter().enumerate() {
+                misfits(item, &schema["items"], &format!("{path}[{index}]"), found);
+            }
+        }
+        let Some(table) = value.as_object() else { return };
+        let required = schema.get("required").and_then(Value::as_array).into_iter().flatten().filter_map(Value::as_str);
+        found.extend(required.filter(|key| !table.contains_key(*key)).map(|key| format!("{path}: no {key}")));
+        for (key, item) in table {
+            match (schema.get("properties").and_then(|p| p.get(key)), &schema["additionalProperties"]) {
+                (Some(schema), _) => misfits(item, schema, &format!("{path}.{key}"), found),
+                (None, Value::Bool(false)) => found.push(format!("{path}: {key} is not known")),
+                (None, schema) => misfits(item, schema, &format!("{path}.{key}"), found),
+            }
+        }
+    }
+
+    #[test]
+    fn machines_that_come_along_fit_the_schema() {
+        for (name, text) in crate::machine::BUILTIN {
+            let machine: Value = toml::from_str(text).unwrap();
+            let mut found = Vec::new();
+            misfits(&machine, &value(), name, &mut found);
+            assert!(found.is_empty(), "{found:?}");
+        }
+        let broken = builtin("tr-35").unwrap().replace("on = \"head\"", "on = \"heat\"").replace("[0, 0, 1]", "[0, 1]");
+        let mut found = Vec::new();
+        misfits(&toml::from_str(&broken).unwrap(), &value(), "", &mut found);
+        assert_eq!(found.len(), 3, "{found:?}");
     }
 
     #[test]

@@ -204,7 +204,9 @@ impl<'a> Writer<'a> {
     /// Rotary axes, then across the spindle, then to where the path begins; with TCP off as far as the control can.
     fn approach(&mut self, first: &TimedMove) -> Result<()> {
         let start = self.words_of(first, false)?;
-        self.motion_block("G0", &self.only(&start, &[3, 4]), None)?;
+        if self.request.setup.machine().has_axis(3) {
+            self.motion_block("G0", &self.only(&start, &[3, 4]), None)?;
+        }
         let switchable = self.options.tcp_off.is_some() || !self.options.tcp_at_start;
         if switchable {
             self.motion_block("G0", &self.only(&start, &[0, 1]), None)?;
@@ -336,7 +338,7 @@ impl<'a> Writer<'a> {
             block.push(' ');
         }
         for (index, word) in words.iter().enumerate() {
-            let Some(steps) = *word else { continue };
+            let Some(steps) = word.filter(|_| self.request.setup.machine().has_axis(index)) else { continue };
             if self.request.modal && self.words[index] == Some(steps) {
                 continue;
             }

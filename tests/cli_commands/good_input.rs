@@ -117,6 +117,12 @@ fn machines_are_listed_shown_checked_and_described() {
         assert!(list.contains(name), "{list}");
         assert_eq!(shop.call(&["machine", "check", name]).status, 0);
     }
+    let check = shop.call(&["machine", "check", "tr-35", "--picture", "reach.svg"]).out;
+    assert!(
+        check.contains("# both branches") && check.contains("singular at tool axis [0.000000, 0.000000, 1.000000]"),
+        "{check}"
+    );
+    assert!(shop.read("reach.svg").starts_with("<svg") && shop.read("reach.svg").contains("<title>tr-35</title>"));
     shop.write("mine.toml", shop.call(&["machine", "show", "xyzbc-trt"]).out);
     assert_eq!(shop.call(&["machine", "check", "mine.toml"]).status, 0);
     let schema = shop.call(&["machine", "schema"]).out;

@@ -89,7 +89,7 @@ pub(super) struct TcpOutput {
 impl Rules {
     /// The rules of a machine's control.
     pub fn of(machine: &Machine) -> Self {
-        Self::new(machine.control.dialect, &machine.control.options, &machine.letters())
+        Self::new(machine.control.dialect, &machine.control.options, &machine.present_letters())
     }
 
     /// The rules of a control; with no `letters`, a machine with any axes is supposed.
