@@ -41,15 +41,30 @@ fn request<'a>(path: &'a ToolPath, moves: &'a [TimedMove], setup: &'a Setup, tcp
     WriteRequest { path, moves, setup, work_offset: "G54", tcp, input_hash: "0123abcd", number: 7, modal: true }
 }
 
-/// Machines with their control's TCP on, and off where that can be.
+/// Machines of five axes with their control's TCP on, and off where that can be.
 fn machine_and_tcp() -> impl Strategy<Value = (Machine, bool)> {
-    (0..BUILTIN.len(), any::<bool>(), any::<bool>()).prop_map(|(index, tcp, inverse)| {
+    let machines = (0..BUILTIN.len(), any::<bool>(), any::<bool>()).prop_map(|(index, tcp, inverse)| {
         let mut machine = Machine::named(BUILTIN[index].0).unwrap();
         let options = &mut machine.control.options;
         options.feed_mode = if inverse { FeedMode::InverseTime } else { FeedMode::PerMinute };
         let tcp = tcp || (options.tcp_off.is_none() && options.tcp_at_start);
         (machine, tcp)
-    })
+    });
+    machines.prop_filter("needs five axes", |(machine, _)| machine.has_axis(4))
+}
+
+#[test]
+fn axes_that_a_machine_does_not_have_are_not_named() {
+    let machine = Machine::named("four-axis-a").unwrap();
+    let setup = Setup::new(&machine, "G54", 120.0).unwrap();
+    let raw = [([0.0; 3], [0.0; 2], true, 0.0), ([10.0, 0.0, 0.0], [0.5, 0.0], false, 1.0)];
+    let (path, moves) = (path(), moves(&setup, &raw));
+    let text = write(&request(&path, &moves, &setup, false)).unwrap().text;
+    let (_, body) = text.split_once("M3").unwrap();
+    assert!(body.contains('A') && !body.contains(['B', 'C']), "{body}");
+    // Nor are they read.
+    let program = read(b"G0 X1 A5\nG0 B5\nM2\n", &Rules::of(&machine));
+    assert!(program.findings.list().iter().any(|finding| finding.line == 2), "{:?}", program.findings.list());
 }
 
 fn raw_moves() -> impl Strategy<Value = Vec<([f64; 3], [f64; 2], bool, f64)>> {

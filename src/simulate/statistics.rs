@@ -52,8 +52,8 @@ pub struct AxisStatistics {
 /// What all axes do.
 #[derive(Clone, Debug, PartialEq)]
 pub struct AxisReport {
-    /// In the order of the machine's letters; all zero for a program without motion.
-    pub axes: [AxisStatistics; 5],
+    /// In the order of the machine's letters, of the axes that it has; all zero for a program without motion.
+    pub axes: Vec<AxisStatistics>,
     /// In the order of the program.
     pub limits: Vec<LimitViolation>,
 }
@@ -88,7 +88,9 @@ impl ToolMotion {
                 axis.follow(segment, positions, &mut limits);
             }
         }
-        AxisReport { axes: axes.map(|axis| axis.finish()), limits }
+        let machine = self.setup().machine();
+        let present = axes.into_iter().enumerate().filter(|(index, _)| machine.has_axis(*index));
+        AxisReport { axes: present.map(|(_, axis)| axis.finish()).collect(), limits }
     }
 
     /// Positions of all axes at both ends of a segment and between, degrees where they turn.
