@@ -1,7 +1,7 @@
 //! The rotary axes of a machine file: none, one or two, and their order from the part to the tool. Uses `diagnostic` and
 //! `geometry`.
 
-use super::file::Reader;
+use super::file_reader::Reader;
 use super::model::{Carrier, RotaryAxis, RotaryMotion, Sense, Travel};
 use super::rotaries::Rotaries;
 use crate::diagnostic::Result;

@@ -6,6 +6,7 @@ mod builtin;
 pub mod check;
 pub mod control;
 mod file;
+mod file_reader;
 mod file_rotary;
 #[cfg(test)]
 mod file_tests;
