@@ -1,6 +1,8 @@
 //! What a control reads and how it moves between blocks: its dialect with options, and its work offsets. Uses nothing
 //! of the crate.
 
+use super::templates::Templates;
+
 /// The control's language.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum Dialect {
@@ -10,17 +12,57 @@ pub enum Dialect {
     /// Fanuc 30i, 31i, 32i.
     #[serde(rename = "fanuc-30i")]
     Fanuc30i,
+    /// Haas Next Generation Control.
+    #[serde(rename = "haas-ngc")]
+    HaasNgc,
+    /// Siemens SINUMERIK 840D sl and ONE.
+    #[serde(rename = "siemens-840d")]
+    Siemens840d,
+    /// Heidenhain TNC 640 and iTNC 530, Klartext.
+    #[serde(rename = "heidenhain-tnc")]
+    HeidenhainTnc,
+    /// Mazak Smooth, EIA programs.
+    #[serde(rename = "mazak-smooth")]
+    MazakSmooth,
+    /// Okuma OSP-P200M and P300.
+    #[serde(rename = "okuma-osp")]
+    OkumaOsp,
+    /// grblHAL.
+    #[serde(rename = "grblhal")]
+    GrblHal,
+    /// ISO 6983 words without TCP.
+    #[serde(rename = "iso")]
+    Iso,
 }
 
 impl Dialect {
     /// Every dialect with its name in a machine file.
-    pub const ALL: [(Self, &'static str); 2] = [(Self::LinuxCnc, "linuxcnc"), (Self::Fanuc30i, "fanuc-30i")];
+    pub const ALL: [(Self, &'static str); 9] = [
+        (Self::LinuxCnc, "linuxcnc"),
+        (Self::Fanuc30i, "fanuc-30i"),
+        (Self::HaasNgc, "haas-ngc"),
+        (Self::Siemens840d, "siemens-840d"),
+        (Self::HeidenhainTnc, "heidenhain-tnc"),
+        (Self::MazakSmooth, "mazak-smooth"),
+        (Self::OkumaOsp, "okuma-osp"),
+        (Self::GrblHal, "grblhal"),
+        (Self::Iso, "iso"),
+    ];
 
     /// The name in a machine file.
     pub fn name(self) -> &'static str {
+        Self::ALL.iter().find(|(dialect, _)| *dialect == self).map_or("", |(_, name)| name)
+    }
+
+    /// Extension of a program's file on the control.
+    pub fn extension(self) -> &'static str {
         match self {
-            Self::LinuxCnc => "linuxcnc",
-            Self::Fanuc30i => "fanuc-30i",
+            Self::LinuxCnc => "ngc",
+            Self::Siemens840d => "mpf",
+            Self::HeidenhainTnc => "h",
+            Self::MazakSmooth => "eia",
+            Self::OkumaOsp => "min",
+            Self::Fanuc30i | Self::HaasNgc | Self::GrblHal | Self::Iso => "nc",
         }
     }
 }
@@ -35,6 +77,19 @@ pub enum FeedMode {
     PerMinute,
 }
 
+/// What F counts in inverse-time feed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum InverseTimeUnit {
+    /// One over the minutes of the block.
+    #[default]
+    PerMinute,
+    /// One over its seconds.
+    PerSecond,
+    /// Its seconds.
+    Seconds,
+}
+
 /// How the control turns the rotary axes between two blocks with TCP on; the tip always goes straight in the part.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -46,6 +101,54 @@ pub enum TcpInterpolation {
     GreatCircle,
 }
 
+/// How blocks say the tool's orientation with TCP on.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum OrientationWords {
+    /// Angles of the rotary axes.
+    #[default]
+    Angles,
+    /// Components of the tool axis in the part frame, from the tip toward the spindle.
+    Vectors,
+}
+
+/// Units of written programs.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum LengthUnit {
+    /// Millimetres.
+    #[default]
+    Mm,
+    /// Inches.
+    Inch,
+}
+
+/// What a word of a wrapped rotary axis means where it does not say itself which way to turn.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Rollover {
+    /// The shorter way.
+    #[default]
+    Shortest,
+    /// The way of its sign, to its magnitude.
+    Sign,
+    /// The way that does not pass zero.
+    Within,
+}
+
+/// What a number without decimal point means in a word for a length or an angle.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum PointRule {
+    /// It is not known: such numbers are findings.
+    #[default]
+    Required,
+    /// The same as with a point.
+    Unit,
+    /// A count of the control's least increments.
+    Increment,
+}
+
 /// What differs between controls of one dialect. Each field has a key of the same name in `[control.options]`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DialectOptions {
@@ -53,24 +156,49 @@ pub struct DialectOptions {
     pub linear_digits: u8,
     /// Decimals of rotary words, degrees.
     pub rotary_digits: u8,
+    /// Decimals of the words of a tool vector.
+    pub vector_digits: u8,
     /// Decimals of F words.
     pub feed_digits: u8,
+    /// Units of written programs.
+    pub units: LengthUnit,
+    /// How written blocks say the tool's orientation with TCP on.
+    pub orientation: OrientationWords,
     /// How feed words are written.
     pub feed_mode: FeedMode,
     /// Largest F of feed per minute, mm/min.
     pub max_feed: f64,
     /// Smallest and largest F of inverse-time feed, 1/min.
     pub inverse_time_range: [f64; 2],
+    /// What F counts in inverse-time feed.
+    pub inverse_time_unit: InverseTimeUnit,
+    /// Radius, mm, at which the turn of a rotary axis counts for a feed per minute with TCP off: F is the speed along
+    /// all axes together. Where it is zero, F is the speed of X, Y, Z, or of the rotary axes where these move alone.
+    pub feed_radius: f64,
+    /// Most blocks that the control takes in a second; written blocks last at least that long.
+    pub max_block_rate: f64,
     /// Longest block, characters without the line end.
     pub max_block_length: usize,
-    /// Code that turns TCP on; `None` where the control is always in TCP, or never.
+    /// Code that turns TCP on for rotary angles; `None` where the control is always in TCP, or never.
     pub tcp_on: Option<String>,
+    /// Code that turns TCP on for tool vectors; `None` where [`Self::tcp_on`] does.
+    pub tcp_on_vectors: Option<String>,
     /// Code that turns TCP off; `None` as above.
     pub tcp_off: Option<String>,
     /// Whether TCP is on when a program starts.
     pub tcp_at_start: bool,
-    /// How the rotary axes turn between blocks with TCP on.
+    /// How the rotary axes turn between blocks that give them as angles with TCP on.
     pub tcp_interpolation: TcpInterpolation,
+    /// How they turn between blocks that give tool vectors.
+    pub vector_interpolation: TcpInterpolation,
+    /// Which way a wrapped rotary axis turns.
+    pub rollover: Rollover,
+    /// What a number without decimal point means.
+    pub number_without_point: PointRule,
+    /// What such a number counts, mm and degrees.
+    pub least_increment: f64,
+    /// Whether the decimal sign is a comma in written programs.
+    pub decimal_comma: bool,
     /// Whether the tool length (G43) is part of the Z word's zero with TCP off: axis = word + work offset + length.
     pub length_offset_without_tcp: bool,
     /// Lines written after the header, verbatim.
@@ -82,38 +210,82 @@ pub struct DialectOptions {
     pub end_lines: Vec<String>,
 }
 
+/// The radius at which a degree is a millimetre.
+const DEGREE_AS_MM: f64 = 180.0 / std::f64::consts::PI;
+
 impl DialectOptions {
     /// What holds where a machine file says nothing: careful values for the dialect.
     pub fn of(dialect: Dialect) -> Self {
-        let common = Self {
-            linear_digits: 5,
-            rotary_digits: 5,
+        let code = |text: &str| Some(text.to_owned());
+        let iso = Self {
+            linear_digits: 4,
+            rotary_digits: 4,
+            vector_digits: 7,
             feed_digits: 3,
+            units: LengthUnit::Mm,
+            orientation: OrientationWords::Angles,
             feed_mode: FeedMode::InverseTime,
             max_feed: 99_999.999,
-            inverse_time_range: [0.001, 99_999.999],
-            max_block_length: 255,
-            tcp_on: Some("M428".into()),
-            tcp_off: Some("M429".into()),
-            tcp_at_start: true,
+            inverse_time_range: [0.001, 9_999.999],
+            inverse_time_unit: InverseTimeUnit::PerMinute,
+            feed_radius: DEGREE_AS_MM,
+            max_block_rate: 1e6,
+            max_block_length: 128,
+            tcp_on: None,
+            tcp_on_vectors: None,
+            tcp_off: None,
+            tcp_at_start: false,
             tcp_interpolation: TcpInterpolation::RotaryLinear,
+            vector_interpolation: TcpInterpolation::GreatCircle,
+            rollover: Rollover::Shortest,
+            number_without_point: PointRule::Required,
+            least_increment: 0.001,
+            decimal_comma: false,
             length_offset_without_tcp: true,
             start_lines: Vec::new(),
             retract_lines: Vec::new(),
             end_lines: Vec::new(),
         };
+        let fanuc =
+            || Self { tcp_on: code("G43.4"), tcp_on_vectors: code("G43.5"), tcp_off: code("G49"), ..iso.clone() };
         match dialect {
-            Dialect::LinuxCnc => Self { start_lines: vec!["G61".into()], ..common },
-            Dialect::Fanuc30i => Self {
-                linear_digits: 4,
-                rotary_digits: 4,
-                inverse_time_range: [0.001, 9_999.999],
-                max_block_length: 128,
-                tcp_on: Some("G43.4".into()),
-                tcp_off: Some("G49".into()),
-                tcp_at_start: false,
-                ..common
+            Dialect::LinuxCnc => Self {
+                linear_digits: 5,
+                rotary_digits: 5,
+                inverse_time_range: [0.001, 99_999.999],
+                feed_radius: 0.0,
+                max_block_length: 255,
+                tcp_on: code("M428"),
+                tcp_off: code("M429"),
+                tcp_at_start: true,
+                rollover: Rollover::Sign,
+                number_without_point: PointRule::Unit,
+                start_lines: vec!["G61".into()],
+                ..iso
             },
+            Dialect::Fanuc30i | Dialect::MazakSmooth => fanuc(),
+            Dialect::HaasNgc => Self { tcp_on: code("G234"), tcp_on_vectors: None, ..fanuc() },
+            Dialect::OkumaOsp => Self { tcp_on: code("G169"), tcp_off: code("G170"), ..iso },
+            Dialect::GrblHal => Self { max_block_length: 255, number_without_point: PointRule::Unit, ..iso },
+            Dialect::Siemens840d => Self {
+                vector_digits: 8,
+                max_block_length: 512,
+                tcp_on: code("TRAORI"),
+                tcp_off: code("TRAFOOF"),
+                number_without_point: PointRule::Unit,
+                ..iso
+            },
+            Dialect::HeidenhainTnc => Self {
+                vector_digits: 8,
+                feed_mode: FeedMode::PerMinute,
+                feed_radius: 0.0,
+                tcp_on: code("M128"),
+                tcp_off: code("M129"),
+                rollover: Rollover::Within,
+                number_without_point: PointRule::Unit,
+                ..iso
+            },
+            Dialect::Iso => iso,
         }
     }
 }
@@ -136,6 +308,8 @@ pub struct Control {
     pub tcp: bool,
     /// What differs between controls of the dialect.
     pub options: DialectOptions,
+    /// The shop's own header, tool call, approach, retract and end.
+    pub templates: Templates,
     /// In the order of the file; at least one.
     pub work_offsets: Vec<WorkOffset>,
 }

@@ -1,10 +1,14 @@
 //! The machine file: raw tables as written, then checked values. Uses `diagnostic` and `geometry`.
 
-use super::control::{Control, Dialect, DialectOptions, FeedMode, TcpInterpolation, WorkOffset};
+use super::control::{
+    Control, Dialect, DialectOptions, FeedMode, InverseTimeUnit, LengthUnit, OrientationWords, PointRule, Rollover,
+    TcpInterpolation, WorkOffset,
+};
 use super::file_reader::{LONGEST, Reader};
 use super::file_rotary::RawRotary;
 use super::model::{AxisZero, LinearAxis, Machine, Spindle};
-use crate::diagnostic::{Result, TomlText};
+use super::templates::{self, Template, Templates};
+use crate::diagnostic::{Diagnostic, Result, TomlText};
 use crate::geometry::{Direction, Vector};
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -69,6 +73,18 @@ struct RawControl {
     work_offsets: BTreeMap<String, [f64; 3]>,
     #[serde(default)]
     options: RawOptions,
+    #[serde(default)]
+    templates: RawTemplates,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+struct RawTemplates {
+    header: Option<String>,
+    retract: Option<String>,
+    tool_call: Option<String>,
+    approach: Option<String>,
+    end: Option<String>,
 }
 
 fn yes() -> bool {
@@ -80,15 +96,27 @@ fn yes() -> bool {
 struct RawOptions {
     linear_digits: Option<u8>,
     rotary_digits: Option<u8>,
+    vector_digits: Option<u8>,
     feed_digits: Option<u8>,
+    units: Option<LengthUnit>,
+    orientation: Option<OrientationWords>,
     feed_mode: Option<FeedMode>,
     max_feed: Option<f64>,
     inverse_time_range: Option<[f64; 2]>,
+    inverse_time_unit: Option<InverseTimeUnit>,
+    feed_radius: Option<f64>,
+    max_block_rate: Option<f64>,
     max_block_length: Option<usize>,
     tcp_on: Option<String>,
+    tcp_on_vectors: Option<String>,
     tcp_off: Option<String>,
     tcp_at_start: Option<bool>,
     tcp_interpolation: Option<TcpInterpolation>,
+    vector_interpolation: Option<TcpInterpolation>,
+    rollover: Option<Rollover>,
+    number_without_point: Option<PointRule>,
+    least_increment: Option<f64>,
+    decimal_comma: Option<bool>,
     length_offset_without_tcp: Option<bool>,
     start_lines: Option<Vec<String>>,
     retract_lines: Option<Vec<String>>,
@@ -181,7 +209,30 @@ impl Reader<'_> {
             dialect: raw.dialect,
             tcp: raw.tcp,
             options: self.options(raw.dialect, &raw.options)?,
+            templates: self.templates(&raw.templates)?,
             work_offsets,
+        })
+    }
+
+    fn templates(&self, raw: &RawTemplates) -> Result<Templates> {
+        let template = |key: &str, text: &Option<String>| {
+            let Some(text) = text.clone() else { return Ok(None) };
+            let path = format!("control.templates.{key}");
+            let place = self.text.blame(&path, "").place.and_then(|place| place.line).unwrap_or(1);
+            // The text of a multi-line string begins on the line after its quotes.
+            let line = place + usize::from(text.contains('\n'));
+            if let Err(fault) = templates::check(&text) {
+                let error = Diagnostic::error(fault.message).in_file(self.text.file()).help(fault.help);
+                return Err(error.at(line + fault.line - 1, 1));
+            }
+            Ok(Some(Template { text, file: self.text.file().to_owned(), line: place }))
+        };
+        Ok(Templates {
+            header: template("header", &raw.header)?,
+            retract: template("retract", &raw.retract)?,
+            tool_call: template("tool_call", &raw.tool_call)?,
+            approach: template("approach", &raw.approach)?,
+            end: template("end", &raw.end)?,
         })
     }
 
@@ -210,18 +261,44 @@ impl Reader<'_> {
             let message = format!("a block of {max_block_length} characters holds no five-axis move");
             return self.bad(&path("max_block_length"), message, "write 60 or more");
         }
+        let feed_radius = raw.feed_radius.unwrap_or(default.feed_radius);
+        if !(0.0..=LONGEST).contains(&feed_radius) {
+            let message = format!("feed radius {feed_radius} mm is not a radius");
+            return self.bad(&path("feed_radius"), message, "write mm, or 0 where rotary axes do not count");
+        }
+        let least_increment = raw.least_increment.unwrap_or(default.least_increment);
+        if !(1e-9..=1.0).contains(&least_increment) {
+            let message = format!("a least increment of {least_increment} mm is not one that a control counts");
+            return self.bad(&path("least_increment"), message, "write mm and degrees, such as 0.001");
+        }
         Ok(DialectOptions {
             linear_digits: digits("linear_digits", raw.linear_digits, default.linear_digits)?,
             rotary_digits: digits("rotary_digits", raw.rotary_digits, default.rotary_digits)?,
+            vector_digits: digits("vector_digits", raw.vector_digits, default.vector_digits)?,
             feed_digits: digits("feed_digits", raw.feed_digits, default.feed_digits)?,
+            units: raw.units.unwrap_or(default.units),
+            orientation: raw.orientation.unwrap_or(default.orientation),
             feed_mode: raw.feed_mode.unwrap_or(default.feed_mode),
             max_feed: self.positive(&path("max_feed"), raw.max_feed.unwrap_or(default.max_feed), "mm/min")?,
             inverse_time_range,
+            inverse_time_unit: raw.inverse_time_unit.unwrap_or(default.inverse_time_unit),
+            feed_radius,
+            max_block_rate: self.positive(
+                &path("max_block_rate"),
+                raw.max_block_rate.unwrap_or(default.max_block_rate),
+                "blocks a second",
+            )?,
             max_block_length,
             tcp_on: code(&raw.tcp_on, default.tcp_on),
+            tcp_on_vectors: code(&raw.tcp_on_vectors, default.tcp_on_vectors),
             tcp_off: code(&raw.tcp_off, default.tcp_off),
             tcp_at_start: raw.tcp_at_start.unwrap_or(default.tcp_at_start),
             tcp_interpolation: raw.tcp_interpolation.unwrap_or(default.tcp_interpolation),
+            vector_interpolation: raw.vector_interpolation.unwrap_or(default.vector_interpolation),
+            rollover: raw.rollover.unwrap_or(default.rollover),
+            number_without_point: raw.number_without_point.unwrap_or(default.number_without_point),
+            least_increment,
+            decimal_comma: raw.decimal_comma.unwrap_or(default.decimal_comma),
             length_offset_without_tcp: raw.length_offset_without_tcp.unwrap_or(default.length_offset_without_tcp),
             start_lines: raw.start_lines.clone().unwrap_or(default.start_lines),
             retract_lines: raw.retract_lines.clone().unwrap_or(default.retract_lines),

@@ -12,7 +12,7 @@ const LARGEST_ERROR: f64 = 5.0;
 
 /// Turns raw tables into checked values, blaming by path.
 pub(super) struct Reader<'a> {
-    text: &'a TomlText,
+    pub(super) text: &'a TomlText,
 }
 
 impl<'a> Reader<'a> {

@@ -19,6 +19,7 @@ mod rotaries;
 pub mod schema;
 pub mod setup;
 mod stations;
+mod templates;
 #[cfg(test)]
 mod tests;
 mod track;
@@ -27,9 +28,13 @@ mod words;
 pub use axes::{AxisMove, AxisPosition, ProgramWords, round_to};
 pub use builtin::{BUILTIN, builtin};
 pub use check::{CheckReport, check};
-pub use control::{Control, Dialect, DialectOptions, FeedMode, TcpInterpolation, WorkOffset};
+pub use control::{
+    Control, Dialect, DialectOptions, FeedMode, InverseTimeUnit, LengthUnit, OrientationWords, PointRule, Rollover,
+    TcpInterpolation, WorkOffset,
+};
 pub use linearize::{LinearizeOptions, Linearized, linearize};
 pub use model::{AxisZero, Carrier, LinearAxis, Machine, RotaryAxis, RotaryMotion, Sense, Spindle, Travel};
 pub use reach::{ReachMap, Ways};
 pub use schema::schema;
-pub use setup::{Interpolation, InverseSolutions, Segment, Setup, Unreachable};
+pub use setup::{Interpolation, InverseSolutions, Segment, Setup, Unreachable, unwind};
+pub use templates::{FIELDS as TEMPLATE_FIELDS, Template, Templates, environment as template_environment};

@@ -142,6 +142,9 @@ fn rotary() -> Value {
 }
 
 fn control() -> Value {
+    let fields: Vec<String> =
+        super::TEMPLATE_FIELDS.iter().map(|(field, meaning)| format!("{field} ({meaning})")).collect();
+    let fields = format!("minijinja; fields: {}.", fields.join("; "));
     json!({
         "type": "object",
         "additionalProperties": false,
@@ -154,21 +157,67 @@ fn control() -> Value {
                 "minProperties": 1,
                 "additionalProperties": numbers(3, "Part's zero in the machine frame at rotary zero."),
             },
+            "templates": {
+                "type": "object",
+                "additionalProperties": false,
+                "description": fields,
+                "properties": {
+                    "header": text("Before everything else."),
+                    "retract": text("To a safe place, TCP off; before the tool call and after the path."),
+                    "tool_call": text("Tool, work offset, length, spindle."),
+                    "approach": text("To where the path begins."),
+                    "end": text("Behind the last retract."),
+                },
+            },
             "options": {
                 "type": "object",
                 "additionalProperties": false,
                 "properties": {
                     "linear_digits": digits("Decimals of X, Y, Z words."),
                     "rotary_digits": digits("Decimals of rotary words."),
+                    "vector_digits": digits("Decimals of the words of a tool vector."),
                     "feed_digits": digits("Decimals of F words."),
+                    "units": { "enum": ["mm", "inch"], "description": "Units of written programs." },
+                    "orientation": {
+                        "enum": ["angles", "vectors"],
+                        "description": "How written blocks say the tool's orientation with TCP on.",
+                    },
                     "feed_mode": { "enum": ["inverse-time", "per-minute"] },
                     "max_feed": positive("Largest F of feed per minute, mm/min."),
                     "inverse_time_range": numbers(2, "[smallest, largest] F of inverse-time feed, 1/min."),
+                    "inverse_time_unit": {
+                        "enum": ["per-minute", "per-second", "seconds"],
+                        "description": "What F counts in inverse-time feed.",
+                    },
+                    "feed_radius": {
+                        "type": "number",
+                        "minimum": 0,
+                        "description": "mm at which the turn of a rotary axis counts for F per minute, TCP off; 0: not at all.",
+                    },
+                    "max_block_rate": positive("Most blocks that the control takes in a second."),
                     "max_block_length": { "type": "integer", "minimum": 60, "description": "Characters of a block." },
                     "tcp_on": text("Code that turns TCP on; empty where there is none."),
+                    "tcp_on_vectors": text("Code that turns TCP on for tool vectors, where tcp_on does not."),
                     "tcp_off": text("Code that turns TCP off; empty where there is none."),
                     "tcp_at_start": flag("Whether TCP is on when a program starts."),
-                    "tcp_interpolation": { "enum": ["rotary-linear", "great-circle"] },
+                    "tcp_interpolation": {
+                        "enum": ["rotary-linear", "great-circle"],
+                        "description": "How the tool axis turns between blocks with angles, TCP on.",
+                    },
+                    "vector_interpolation": {
+                        "enum": ["rotary-linear", "great-circle"],
+                        "description": "How it turns between blocks with tool vectors.",
+                    },
+                    "rollover": {
+                        "enum": ["shortest", "sign", "within"],
+                        "description": "Which way a wrapped axis turns: the shorter, that of the word's sign, or never past zero.",
+                    },
+                    "number_without_point": {
+                        "enum": ["required", "unit", "increment"],
+                        "description": "What a number without decimal point means; required: such a number is an error.",
+                    },
+                    "least_increment": positive("What such a number counts, mm and degrees."),
+                    "decimal_comma": flag("Whether the decimal sign is a comma in written programs."),
                     "length_offset_without_tcp": flag("Whether the tool length is part of the Z zero with TCP off."),
                     "start_lines": lines("Written after the header."),
                     "retract_lines": lines("Written before the first move and after the last, TCP off."),
@@ -186,7 +235,11 @@ mod tests {
 
     /// The keys that the reader says it knows in the table of a line that is replaced by one with an unknown key.
     fn known(line: &str) -> Vec<String> {
-        let text = builtin("xyzac-trt").unwrap().replacen(line, &format!("{line}\nbogus = 1\n"), 1);
+        let text = format!("{}\n[control.templates]\n", builtin("xyzac-trt").unwrap()).replacen(
+            line,
+            &format!("{line}\nbogus = 1\n"),
+            1,
+        );
         let help = Machine::read("m.toml", &text).unwrap_err().help.unwrap();
         let mut keys: Vec<String> = help.rsplit(": ").next().unwrap().split(", ").map(str::to_owned).collect();
         keys.sort();
@@ -280,6 +333,7 @@ mod tests {
         assert_eq!(known("[linear.X]"), described("/properties/linear/properties/X"));
         assert_eq!(known("[[rotary]]"), described("/properties/rotary/items"));
         assert_eq!(known("[control]"), described("/properties/control"));
+        assert_eq!(known("[control.templates]"), described("/properties/control/properties/templates"));
         assert_eq!(known("[control.options]"), described("/properties/control/properties/options"));
     }
 }

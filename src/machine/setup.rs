@@ -15,7 +15,7 @@
 //! part, so every ISO axis enters with its plain sign, whether it turns table or head.
 
 use super::axes::AxisPosition;
-use super::control::TcpInterpolation;
+use super::control::{OrientationWords, TcpInterpolation};
 use super::model::{AxisZero, Carrier, Machine};
 use super::rotaries::{Orientations, Rotaries, Turn};
 use crate::diagnostic::{Diagnostic, Result};
@@ -174,9 +174,15 @@ impl Setup {
         self.rotaries.pole_distance(axis)
     }
 
-    /// How the control of this machine gets from one block's end to the next, with TCP on or off.
+    /// How the control of this machine gets from one block's end to the next in programs written for it, with TCP on or
+    /// off.
     pub fn interpolation(&self, tcp: bool) -> Interpolation {
-        match (tcp, self.machine.control.options.tcp_interpolation) {
+        let options = &self.machine.control.options;
+        let turning = match options.orientation {
+            OrientationWords::Angles => options.tcp_interpolation,
+            OrientationWords::Vectors => options.vector_interpolation,
+        };
+        match (tcp, turning) {
             (false, _) => Interpolation::Axes,
             (true, TcpInterpolation::RotaryLinear) => Interpolation::TipAndRotary,
             (true, TcpInterpolation::GreatCircle) => Interpolation::TipAndVector,

@@ -1,30 +1,57 @@
-//! One block's codes and letters, sorted by what they are for. Uses nothing of the crate.
+//! One block's codes and letters, sorted by what they are for. Uses `machine` for the ways a control turns the tool.
 
-use super::code::{FeedUnit, GCode, MCode, Motion, Plane, SpindleTurn, letters};
-use super::program::AxisSet;
+use super::block::{Word, WordMode, address};
+use super::code::{FeedGroup, FeedUnit, GCode, MCode, Motion, Plane, SpindleTurn, letters};
+use super::program::{AxisSet, Turn, Turns};
+use crate::machine::TcpInterpolation;
 
-/// The letters of a block, other than G and M, with their numbers.
+/// The words of a block, other than G and M, with their numbers.
 #[derive(Default)]
 pub(super) struct Letters {
     present: u32,
-    values: [f64; 26],
+    values: [f64; address::COUNT],
+    /// Letters whose word says itself that it counts from where the axis stands, or from zero.
+    incremental: u32,
+    absolute: u32,
+    turns: Turns,
 }
 
 impl Letters {
-    /// The bit of a letter.
+    /// The bit of a letter or other address.
     pub(super) fn bit(letter: u8) -> u32 {
         1_u32.checked_shl(u32::from(letter.wrapping_sub(b'A'))).unwrap_or(0)
     }
 
-    /// Adds a word; true when the letter was there already.
-    pub(super) fn add(&mut self, letter: u8, value: f64) -> bool {
-        let bit = Self::bit(letter);
+    /// Adds a word with that value; true when its address was there already.
+    pub(super) fn add(&mut self, word: &Word, value: f64) -> bool {
+        let bit = Self::bit(word.letter);
         let repeated = self.present & bit != 0;
         self.present |= bit;
-        if let Some(place) = self.values.get_mut(usize::from(letter.wrapping_sub(b'A'))) {
+        if let Some(place) = self.values.get_mut(usize::from(word.letter.wrapping_sub(b'A'))) {
             *place = value;
         }
+        if word.mode != WordMode::Plain {
+            self.add_mode(word);
+        }
         repeated
+    }
+
+    fn add_mode(&mut self, word: &Word) {
+        let bit = Self::bit(word.letter);
+        match word.mode {
+            WordMode::Plain => return,
+            WordMode::Incremental => self.incremental |= bit,
+            _ => self.absolute |= bit,
+        }
+        let turn = match word.mode {
+            WordMode::Shortest => Turn::Shortest,
+            WordMode::Positive => Turn::Positive,
+            WordMode::Negative => Turn::Negative,
+            _ => Turn::Plain,
+        };
+        if matches!(word.letter, b'A'..=b'C') {
+            self.turns = self.turns.with(usize::from(word.letter - b'A') + 3, turn);
+        }
     }
 
     /// Which letters there are, as bits from A.
@@ -38,15 +65,54 @@ impl Letters {
         (self.present & Self::bit(letter) != 0).then_some(*value)
     }
 
+    /// I, J, K are components of the tool axis.
+    pub(super) fn take_vector(&mut self) {
+        for (letter, to) in [b'I', b'J', b'K'].into_iter().zip(address::VECTOR) {
+            if let Some(value) = self.get(letter) {
+                self.present = self.present & !Self::bit(letter) | Self::bit(to);
+                if let Some(place) = self.values.get_mut(usize::from(to - b'A')) {
+                    *place = value;
+                }
+            }
+        }
+    }
+
+    /// The components of the tool axis, where any is named; those that are not named are zero.
+    pub(super) fn vector(&self) -> Option<[f64; 3]> {
+        let components = address::VECTOR.map(|letter| self.get(letter));
+        (components != [None; 3]).then(|| components.map(|component| component.unwrap_or(0.0)))
+    }
+
     /// The axes named.
     pub(super) fn axis_set(&self) -> AxisSet {
+        Self::axes_of(self.present)
+    }
+
+    /// The axes whose words count from where they stand; `modal` says it for words that say nothing.
+    pub(super) fn incremental(&self, modal: bool) -> AxisSet {
+        Self::axes_of(if modal { !self.absolute } else { self.incremental } & self.present)
+    }
+
+    /// Whether the centre of an arc counts from zero; `modal` says it for words that say nothing.
+    pub(super) fn centre_is_absolute(&self, modal: bool) -> bool {
+        let words = letters("IJK") & self.present;
+        modal || (words != 0 && words & !self.absolute == 0)
+    }
+
+    /// Which way the rotary axes turn.
+    pub(super) fn turns(&self) -> Turns {
+        self.turns
+    }
+
+    fn axes_of(letters: u32) -> AxisSet {
         // A, B, C are bits 0 to 2, X, Y, Z bits 23 to 25.
-        AxisSet(((self.present >> 23) & 0b111) as u8 | ((self.present & 0b111) << 3) as u8)
+        AxisSet(((letters >> 23) & 0b111) as u8 | ((letters & 0b111) << 3) as u8)
     }
 
     /// The numbers of the axes in `given`, X, Y, Z times `scale`; 0 for the others.
     pub(super) fn axes(&self, scale: f64, given: AxisSet) -> [f64; 6] {
-        let [a, b, c, .., x, y, z] = self.values;
+        let [a, b, c, ..] = self.values;
+        let [.., x, y, z, _, _, _, _, _] = self.values;
         let mut target = [x * scale, y * scale, z * scale, a, b, c];
         for (index, value) in target.iter_mut().enumerate() {
             if !given.has(index) {
@@ -65,6 +131,9 @@ pub(super) struct BlockCodes {
     /// M codes so far.
     pub(super) m_codes: usize,
     pub(super) motion: Option<Motion>,
+    pub(super) motion_off: bool,
+    pub(super) rapid_once: bool,
+    pub(super) circle_centre: bool,
     pub(super) plane: Option<Plane>,
     pub(super) inch: Option<bool>,
     pub(super) incremental: Option<bool>,
@@ -74,7 +143,12 @@ pub(super) struct BlockCodes {
     pub(super) length: Option<GCode>,
     /// Ten times its code.
     pub(super) work_offset: Option<u16>,
-    pub(super) extended_offset: bool,
+    /// The letter of the offset's number, where it has one.
+    pub(super) offset_letter: Option<u8>,
+    pub(super) interpolation: Option<TcpInterpolation>,
+    pub(super) feed_group: Option<FeedGroup>,
+    pub(super) shortest_way: Option<bool>,
+    pub(super) tool_call: bool,
     pub(super) reference: Option<u8>,
     pub(super) machine_frame: bool,
     pub(super) exact_path: bool,
@@ -102,6 +176,20 @@ impl BlockCodes {
             }
             GCode::Harmless(taken) => self.parameters |= taken,
             GCode::Motion(motion) => self.motion = Some(motion),
+            GCode::MotionOff => self.motion_off = true,
+            GCode::RapidOnce => self.rapid_once = true,
+            GCode::CircleCentre => self.circle_centre = true,
+            GCode::Tcp(on) => self.tcp = Some(on),
+            GCode::Interpolation(how) => self.interpolation = Some(how),
+            GCode::TcpWith(how) => {
+                self.tcp = Some(true);
+                self.interpolation = Some(how);
+            }
+            GCode::ToolCall => {
+                self.tool_change = true;
+                self.tool_call = true;
+            }
+            GCode::FeedGroup(group) => self.feed_group = Some(group),
             GCode::Dwell => {
                 self.dwell = true;
                 self.parameters |= letters("P");
@@ -116,10 +204,10 @@ impl BlockCodes {
             GCode::LengthOff { .. } => self.length = Some(code),
             GCode::MachineFrame => self.machine_frame = true,
             GCode::WorkOffset(tenths) => self.work_offset = Some(tenths),
-            GCode::ExtendedWorkOffset(tenths) => {
+            GCode::NumberedWorkOffset { tenths, letter } => {
                 self.work_offset = Some(tenths);
-                self.extended_offset = true;
-                self.parameters |= letters("P");
+                self.offset_letter = Some(letter);
+                self.parameters |= Letters::bit(letter);
             }
             GCode::ExactPath => self.exact_path = true,
             GCode::Blend => {
@@ -144,6 +232,8 @@ impl BlockCodes {
             MCode::Spindle(turn) => self.spindle = Some(turn),
             MCode::ToolChange => self.tool_change = true,
             MCode::Tcp(on) => self.tcp = Some(on),
+            MCode::ShortestWay(on) => self.shortest_way = Some(on),
+            MCode::MachineFrame => self.machine_frame = true,
             MCode::AnalogOutput => {
                 self.analog_output = true;
                 self.parameters |= letters("EQ");
@@ -160,7 +250,8 @@ impl BlockCodes {
 
     /// The letters that mean something in the block, as bits from A.
     pub(super) fn parameters(&self, any: bool, arc: bool) -> u32 {
-        const ALWAYS: u32 = letters("XYZABCFSTNO");
+        // Addresses behind Z are read only where they mean something.
+        const ALWAYS: u32 = letters("XYZABCFSTNO") | !((1 << 26) - 1);
         const ARC: u32 = letters("IJKRP");
         if any { u32::MAX } else { ALWAYS | self.parameters | if arc { ARC } else { 0 } }
     }

@@ -1,4 +1,7 @@
-//! What G and M codes mean, whatever number a dialect gives them. Uses nothing of the crate.
+//! What G and M codes mean, whatever number or word a dialect gives them. Uses `machine` for the ways a control turns
+//! the tool.
+
+use crate::machine::{OrientationWords, TcpInterpolation};
 
 /// Interpolation of a motion code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -62,15 +65,27 @@ pub enum PathControl {
 /// A work offset as programs select it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub struct WorkOffsetCode {
-    /// Ten times the G code: 540 is G54, 591 is G59.1.
+    /// Ten times the G code: 540 is G54, 591 is G59.1; [`Self::PRESET`] for an entry of the preset table.
     pub tenths: u16,
-    /// Number of an additional offset (P word); 0 for none.
+    /// Number of an additional offset (P or H word), or of the preset; 0 for none.
     pub number: u16,
 }
 
+impl WorkOffsetCode {
+    /// [`Self::tenths`] of an entry of a preset table (cycle 247).
+    pub const PRESET: u16 = 2470;
+    /// Those of G15, whose number is an H word.
+    pub const G15: u16 = 150;
+}
+
 impl std::fmt::Display for WorkOffsetCode {
-    /// As machine files name it: `G54`, `G59.1`, `G54.1 P3`.
+    /// As machine files name it: `G54`, `G59.1`, `G54.1 P3`, `G15 H1`, `PRESET 1`.
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self.tenths {
+            Self::PRESET => return write!(f, "PRESET {}", self.number),
+            Self::G15 => return write!(f, "G15 H{}", self.number),
+            _ => {}
+        }
         write!(f, "G{}", self.tenths / 10)?;
         if !self.tenths.is_multiple_of(10) {
             write!(f, ".{}", self.tenths % 10)?;
@@ -82,7 +97,7 @@ impl std::fmt::Display for WorkOffsetCode {
     }
 }
 
-/// Meaning of a G code.
+/// Meaning of a G code, or of a word of the language.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum GCode {
     /// No code of the dialect.
@@ -94,6 +109,12 @@ pub enum GCode {
     Harmless(u32),
     /// G0 to G3.
     Motion(Motion),
+    /// As fast as the machine can in this block, whatever its motion code (FMAX).
+    RapidOnce,
+    /// G80 where it ends the motion code in force.
+    MotionOff,
+    /// The centre of the arcs that follow (CC).
+    CircleCentre,
     /// G4.
     Dwell,
     /// G17 to G19.
@@ -112,15 +133,30 @@ pub enum GCode {
     },
     /// G43.
     LengthOn {
-        /// It also begins TCP.
-        tcp: bool,
+        /// It also begins TCP, and how blocks then give the orientation.
+        tcp: Option<OrientationWords>,
     },
+    /// Begins or ends TCP and leaves the tool length as it is.
+    Tcp(bool),
+    /// How the tool turns with TCP on.
+    Interpolation(TcpInterpolation),
+    /// Begins TCP and says how the tool turns (FUNCTION TCPM).
+    TcpWith(TcpInterpolation),
+    /// Puts a tool into the spindle and calls its length (TOOL CALL).
+    ToolCall,
     /// G53.
     MachineFrame,
     /// G54 and so on; ten times the number.
     WorkOffset(u16),
-    /// G54.1, with P.
-    ExtendedWorkOffset(u16),
+    /// One of many offsets, by a number in another word.
+    NumberedWorkOffset {
+        /// Ten times its G code.
+        tenths: u16,
+        /// The other word's letter.
+        letter: u8,
+    },
+    /// Whether the rotary axes count for the feed (FGROUP).
+    FeedGroup(FeedGroup),
     /// G61, G61.1.
     ExactPath,
     /// G64.
@@ -143,19 +179,33 @@ impl GCode {
     /// The modal group as a bit; codes without one share none.
     pub fn group(self) -> u32 {
         match self {
-            Self::Unknown | Self::Unsupported | Self::Harmless(_) => 0,
-            Self::Motion(_) => 1,
+            Self::Unknown | Self::Unsupported | Self::Harmless(_) | Self::FeedGroup(_) | Self::RapidOnce => 0,
+            Self::Motion(_) | Self::MotionOff => 1,
             Self::Plane(_) => 1 << 1,
             Self::Distance { .. } => 1 << 2,
             Self::Feed(_) => 1 << 3,
             Self::Units { .. } => 1 << 4,
             Self::LengthOff { .. } | Self::LengthOn { .. } => 1 << 5,
-            Self::WorkOffset(_) | Self::ExtendedWorkOffset(_) => 1 << 6,
+            Self::WorkOffset(_) | Self::NumberedWorkOffset { .. } => 1 << 6,
             Self::ExactPath | Self::Blend => 1 << 7,
             Self::ArcCentre { .. } => 1 << 8,
-            Self::Dwell | Self::Reference(_) | Self::MachineFrame => 1 << 9,
+            Self::Dwell | Self::Reference(_) | Self::MachineFrame | Self::CircleCentre | Self::ToolCall => 1 << 9,
+            Self::Tcp(_) | Self::TcpWith(_) => 1 << 10,
+            Self::Interpolation(_) => 1 << 11,
         }
     }
+}
+
+/// Which axes a feed per minute is the speed along, with TCP off.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum FeedGroup {
+    /// As the control has it.
+    #[default]
+    Usual,
+    /// X, Y, Z.
+    Linear,
+    /// Rotary axes too.
+    All,
 }
 
 /// What the spindle does.
@@ -192,6 +242,10 @@ pub enum MCode {
     Tcp(bool),
     /// M67, M68: E sets which output, Q to what.
     AnalogOutput,
+    /// Whether rotary axes take the shorter way (M126, M127).
+    ShortestWay(bool),
+    /// Machine coordinates in this block (M91).
+    MachineFrame,
 }
 
 impl MCode {
@@ -204,6 +258,8 @@ impl MCode {
             Self::ToolChange => 1 << 18,
             Self::Tcp(_) => 1 << 19,
             Self::AnalogOutput => 1 << 20,
+            Self::ShortestWay(_) => 1 << 21,
+            Self::MachineFrame => 1 << 22,
         }
     }
 }

@@ -55,6 +55,8 @@ pub enum FindingCode {
     OtherTool,
     /// TCP on with no tool length offset in force.
     TcpWithoutLength,
+    /// A tool axis that the machine's rotary axes cannot make.
+    UnreachableAxis,
     /// The tool length or TCP changes while tilted so that the machine jumps.
     Jump,
     /// An axis that moves before the program has said where it is.
@@ -93,6 +95,7 @@ impl FindingCode {
             Self::UnknownWorkOffset => "unknown-work-offset",
             Self::OtherTool => "other-tool",
             Self::TcpWithoutLength => "tcp-without-length",
+            Self::UnreachableAxis => "unreachable-axis",
             Self::Jump => "jump",
             Self::UnknownStart => "unknown-start",
             Self::WrongTcpState => "wrong-tcp-state",

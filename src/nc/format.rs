@@ -1,5 +1,4 @@
-//! Numbers as programs are written: fixed decimals, point always, no exponent, no signed zero. Uses nothing of the
-//! crate.
+//! Numbers as programs are written: fixed decimals, no exponent, no signed zero. Uses nothing of the crate.
 
 /// Largest number of steps that a float holds exactly.
 const EXACT: f64 = (1_u64 << 53) as f64;
@@ -15,36 +14,81 @@ pub(super) fn steps_below(value: f64, digits: u8) -> Option<i64> {
     exact((value * scale(digits)).floor())
 }
 
+/// As [`steps`], rounded up.
+pub(super) fn steps_above(value: f64, digits: u8) -> Option<i64> {
+    exact((value * scale(digits)).ceil())
+}
+
 /// The value of a number of steps.
 pub(super) fn value_of(steps: i64, digits: u8) -> f64 {
     steps as f64 / scale(digits)
 }
 
 fn scale(digits: u8) -> f64 {
-    10_f64.powi(i32::from(digits))
+    POWERS.get(usize::from(digits)).copied().unwrap_or(1e9)
 }
+
+/// Powers of ten by the number of decimals.
+const POWERS: [f64; 10] = [1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9];
 
 fn exact(steps: f64) -> Option<i64> {
     (steps.abs() < EXACT).then_some(steps as i64)
 }
 
-/// Writes a number of steps of the last of `digits` decimals: point always, at least one digit before it, no trailing
-/// zeros, no sign on zero.
-pub(super) fn push_steps(out: &mut String, steps: i64, digits: u8) {
-    use std::fmt::Write;
-    let width = usize::from(digits.min(15));
-    let unit = 10_u64.pow(width as u32);
-    let magnitude = steps.unsigned_abs();
+/// How numbers look.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct NumberStyle {
+    /// A plus sign before what is not negative.
+    pub(super) plus: bool,
+    /// A point behind whole numbers too.
+    pub(super) point_always: bool,
+    /// The decimal sign.
+    pub(super) point: u8,
+}
+
+impl NumberStyle {
+    /// As programs of words have it: `-12.5`, `7.`.
+    pub(super) const WORDS: Self = Self { plus: false, point_always: true, point: b'.' };
+}
+
+/// Writes a number of steps of the last of `digits` decimals (at most 9): at least one digit before the point, no
+/// trailing zeros, no sign on zero but a plus where the style has one.
+pub(super) fn push_steps(out: &mut String, steps: i64, digits: u8, style: NumberStyle) {
+    // 20 digits of a u64, a sign and a point.
+    let mut buffer = [0_u8; 24];
+    let mut at = buffer.len();
+    let mut put = |byte: u8, at: &mut usize| {
+        *at -= 1;
+        if let Some(place) = buffer.get_mut(*at) {
+            *place = byte;
+        }
+    };
+    let mut left = steps.unsigned_abs();
+    let mut decimals = digits.min(9);
+    while decimals > 0 && left.is_multiple_of(10) {
+        left /= 10;
+        decimals -= 1;
+    }
+    if decimals > 0 || style.point_always {
+        for _ in 0..decimals {
+            put(b'0' + (left % 10) as u8, &mut at);
+            left /= 10;
+        }
+        put(style.point, &mut at);
+    }
+    loop {
+        put(b'0' + (left % 10) as u8, &mut at);
+        left /= 10;
+        if left == 0 {
+            break;
+        }
+    }
     if steps < 0 {
-        out.push('-');
+        put(b'-', &mut at);
+    } else if style.plus {
+        put(b'+', &mut at);
     }
-    let fraction = magnitude % unit;
-    // Writing to a string cannot fail.
-    let _ = write!(out, "{}.", magnitude / unit);
-    if fraction > 0 {
-        let _ = write!(out, "{fraction:0width$}");
-        out.truncate(out.trim_end_matches('0').len());
-    }
+    out.push_str(buffer.get(at..).and_then(|text| std::str::from_utf8(text).ok()).unwrap_or_default());
 }
 
 #[cfg(test)]
@@ -65,7 +109,7 @@ mod tests {
             (100.0, 0, "100."),
         ] {
             let mut out = String::new();
-            push_steps(&mut out, steps(value, digits).unwrap(), digits);
+            push_steps(&mut out, steps(value, digits).unwrap(), digits, NumberStyle::WORDS);
             assert_eq!(out, text);
         }
     }
@@ -80,11 +124,13 @@ mod tests {
 
     proptest! {
         #[test]
-        fn written_steps_read_back(written in -1_000_000_000_000_i64..1_000_000_000_000, digits in 0_u8..8) {
+        fn written_steps_read_back(written in -1_000_000_000_000_i64..1_000_000_000_000, digits in 0_u8..8, plus: bool, comma: bool) {
             let mut out = String::new();
-            push_steps(&mut out, written, digits);
-            let (rest, number) = decimal(out.as_bytes(), false).unwrap();
-            prop_assert!(rest.is_empty() && number.point);
+            let point = if comma { b',' } else { b'.' };
+            push_steps(&mut out, written, digits, NumberStyle { plus, point_always: !comma, point });
+            let (rest, number) = decimal(out.as_bytes(), false, comma).unwrap();
+            prop_assert!(rest.is_empty() && (comma || number.point));
+            prop_assert_eq!(out.starts_with('+'), plus && written >= 0);
             prop_assert_eq!(steps(number.value, digits), Some(written));
             prop_assert_eq!(number.value, value_of(written, digits));
         }

@@ -1,9 +1,9 @@
 //! NC programs: text to words and blocks, blocks to commanded motion, and back; one dialect a file.
 //!
-//! Reading half ([`read`], [`Rules`], [`Program`], [`FeedRules`]): `block`, `lexer`, `number`, `code`, `block_codes`,
-//! `interpreter`, `program`, `radians`, `feed_rules`, `finding`, with what `dialect` says about reading. It uses
-//! `diagnostic` and of `machine` the control's options. Writing half ([`write()`]): `write`, `write_feed`, `format`, with
-//! what `dialect` says about writing; it also uses `motion` and `feed`.
+//! Reading half ([`read`], [`Rules`], [`Program`], [`FeedRules`]): `block`, `scan`, `lexer`, `number`, `code`,
+//! `block_codes`, `interpreter`, `program`, `radians`, `feed_rules`, `finding`, with what `dialect` says about reading. It
+//! uses `diagnostic` and of `machine` the control's options. Writing half ([`write()`]): `write`, `write_block`,
+//! `write_feed`, `template`, `format`, with what `dialect` says about writing; it also uses `motion` and `feed`.
 
 mod block;
 mod block_codes;
@@ -17,9 +17,12 @@ mod lexer;
 mod number;
 pub mod program;
 mod radians;
+mod scan;
+mod template;
 #[cfg(test)]
 mod tests;
 mod write;
+mod write_block;
 mod write_feed;
 
 pub use dialect::Rules;

@@ -28,8 +28,9 @@ const EXACT: u64 = 1 << 53;
 const LARGEST: f64 = 1e30;
 
 /// Reads one number from the start of `input`, which must not begin with a blank. With `blanks`, blanks between its
-/// characters are skipped; blanks after its last digit are left. Takes linear time whatever the input.
-pub(super) fn decimal(input: &[u8], blanks: bool) -> IResult<&[u8], Decimal> {
+/// characters are skipped; blanks after its last digit are left. With `comma`, a comma is a decimal point too. Takes
+/// linear time whatever the input.
+pub(super) fn decimal(input: &[u8], blanks: bool, comma: bool) -> IResult<&[u8], Decimal> {
     let mut mantissa = 0_u64;
     let (mut digits, mut decimals, mut length) = (0_usize, 0_usize, 0_usize);
     let (mut point, mut exact) = (false, true);
@@ -43,6 +44,7 @@ pub(super) fn decimal(input: &[u8], blanks: bool) -> IResult<&[u8], Decimal> {
                 mantissa = mantissa.wrapping_mul(10).wrapping_add(u64::from(byte - b'0'));
             }
             b'.' if !point => point = true,
+            b',' if comma && !point => point = true,
             b' ' | b'\t' if blanks => continue,
             _ => break,
         }
@@ -65,7 +67,8 @@ pub(super) fn decimal(input: &[u8], blanks: bool) -> IResult<&[u8], Decimal> {
 
 /// The value of more digits than a float holds exactly.
 fn long_magnitude(text: &[u8]) -> Option<f64> {
-    let digits: String = text.iter().filter(|b| b.is_ascii_digit() || **b == b'.').map(|b| char::from(*b)).collect();
+    let kept = text.iter().filter(|b| b.is_ascii_digit() || matches!(b, b'.' | b','));
+    let digits: String = kept.map(|b| if *b == b',' { '.' } else { char::from(*b) }).collect();
     digits.parse().ok()
 }
 
@@ -75,7 +78,7 @@ mod tests {
     use proptest::prelude::*;
 
     fn value(text: &str) -> Option<f64> {
-        decimal(text.as_bytes(), false).ok().map(|(_, number)| number.value)
+        decimal(text.as_bytes(), false, false).ok().map(|(_, number)| number.value)
     }
 
     #[test]
@@ -110,10 +113,17 @@ mod tests {
         for (text, blanks, rest) in
             [("1e3", false, "e3"), ("1.2.3", true, ".3"), ("- 2 5. 5 X1", true, " X1"), ("2 5", false, " 5")]
         {
-            let (left, _) = decimal(text.as_bytes(), blanks).unwrap();
+            let (left, _) = decimal(text.as_bytes(), blanks, false).unwrap();
             assert_eq!(std::str::from_utf8(left).unwrap(), rest);
         }
-        assert_eq!(decimal(b"- 2 5. 5 X1", true).unwrap().1.value, -25.5);
+        assert_eq!(decimal(b"- 2 5. 5 X1", true, false).unwrap().1.value, -25.5);
+    }
+
+    #[test]
+    fn a_comma_is_a_point_where_it_may_be() {
+        assert_eq!(decimal(b"+12,5 Y", false, true).unwrap().1.value, 12.5);
+        assert_eq!(decimal(b"12345678901234567890,5", false, true).unwrap().1.value, 12_345_678_901_234_567_890.5);
+        assert_eq!(decimal(b"12,5", false, false).unwrap().0, b",5");
     }
 
     proptest! {

@@ -1,25 +1,79 @@
-//! What a program commands: moves and changes of state in the order of the text, in its own coordinates. Uses nothing
-//! of the crate.
+//! What a program commands: moves and changes of state in the order of the text, in its own coordinates. Uses `machine`
+//! for the ways a control turns the tool.
 
-use super::code::{FeedUnit, PathControl, Plane, SpindleTurn, WorkOffsetCode};
+use super::code::{PathControl, Plane, SpindleTurn, WorkOffsetCode};
 use super::finding::Findings;
+use crate::machine::TcpInterpolation;
 
 /// The letters of axis words, in the order of [`Move::target`].
 pub const AXIS_LETTERS: [char; 6] = ['X', 'Y', 'Z', 'A', 'B', 'C'];
 
-/// Which axes a block names: bits in the order of [`AXIS_LETTERS`].
+/// Which axes a block names: bits in the order of [`AXIS_LETTERS`], and [`Self::VECTOR`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct AxisSet(pub u8);
 
 impl AxisSet {
+    /// The block names the tool axis by its components.
+    pub const VECTOR: Self = Self(1 << 6);
+
+    /// Whether there is nothing in the set.
+    pub fn is_empty(self) -> bool {
+        self.0 == 0
+    }
+
+    /// Whether the tool axis is named by its components.
+    pub fn has_vector(self) -> bool {
+        self.0 & Self::VECTOR.0 != 0
+    }
+
     /// Whether axis `index` of [`AXIS_LETTERS`] is in the set.
     pub fn has(self, index: usize) -> bool {
         self.0 & (1 << index) != 0
     }
 
-    /// The indices in the set.
+    /// The indices of the axes in the set.
     pub fn indices(self) -> impl Iterator<Item = usize> {
         (0..AXIS_LETTERS.len()).filter(move |index| self.has(*index))
+    }
+}
+
+/// Which way a rotary axis turns to its target.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Turn {
+    /// As the control has it where a word says no more.
+    #[default]
+    Plain,
+    /// The shorter way.
+    Shortest,
+    /// Positive.
+    Positive,
+    /// Negative.
+    Negative,
+}
+
+/// Ways of the axes A, B, C in one block: two bits each.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Turns(u8);
+
+impl Turns {
+    /// The shorter way for each axis.
+    pub const SHORTEST: Self = Self(0b01_01_01);
+
+    /// The way of axis `index` of [`AXIS_LETTERS`].
+    pub fn of(self, index: usize) -> Turn {
+        match (self.0 >> (2 * index.saturating_sub(3).min(3))) & 0b11 {
+            0 => Turn::Plain,
+            1 => Turn::Shortest,
+            2 => Turn::Positive,
+            _ => Turn::Negative,
+        }
+    }
+
+    /// The same with that way for axis `index` of [`AXIS_LETTERS`].
+    #[must_use]
+    pub fn with(self, index: usize, turn: Turn) -> Self {
+        let shift = 2 * index.saturating_sub(3).min(3);
+        Self(self.0 & !(0b11 << shift) | (turn as u8) << shift)
     }
 }
 
@@ -39,6 +93,8 @@ pub enum Frame {
 pub enum Feed {
     /// The move takes one minute over this.
     InverseTime(f64),
+    /// The move takes this long, s.
+    Duration(f64),
     /// Speed.
     PerMinute {
         /// For moves of X, Y, Z: mm/min.
@@ -66,7 +122,9 @@ pub enum Way {
 /// A commanded move.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Move {
-    /// X, Y, Z in mm, A, B, C in degrees, as written (inches converted); 0 where not given.
+    /// X, Y, Z in mm, A, B, C in degrees, as written (inches converted); 0 where not given. With
+    /// [`AxisSet::VECTOR`] the last three are the components of the tool axis in the part frame, from the tip toward
+    /// the spindle, of any length but zero.
     pub target: [f64; 6],
     /// How.
     pub way: Way,
@@ -78,8 +136,10 @@ pub struct Move {
     pub given: AxisSet,
     /// In which coordinates.
     pub frame: Frame,
-    /// Whether the target counts from where the axes stand (G91).
-    pub incremental: bool,
+    /// Axes whose target counts from where they stand.
+    pub incremental: AxisSet,
+    /// Which way the rotary axes turn.
+    pub turns: Turns,
 }
 
 /// What determines an arc besides its ends.
@@ -114,6 +174,10 @@ pub struct ArcWords {
 pub enum Change {
     /// TCP on or off.
     Tcp(bool),
+    /// How the tool turns with TCP on, whatever the words; `None`: as the control has it for their form.
+    Interpolation(Option<TcpInterpolation>),
+    /// Radius at which rotary axes count for a feed per minute with TCP off, mm; 0: not at all.
+    FeedRadius(f64),
     /// Tool length offset: its number in the control's table, `None` for the tool's own, or off.
     Length(LengthOffset),
     /// Work offset.
@@ -170,16 +234,4 @@ pub struct Program {
     pub lines: usize,
     /// What is remarkable, in the order of the text.
     pub findings: Findings,
-}
-
-impl Feed {
-    /// The feed that an F word means, mm/min, degrees/min, 1/min or mm per revolution; `inch` for G20.
-    pub(super) fn of(value: f64, unit: FeedUnit, inch: bool) -> Self {
-        let scale = if inch { 25.4 } else { 1.0 };
-        match unit {
-            FeedUnit::InverseTime => Self::InverseTime(value),
-            FeedUnit::PerMinute => Self::PerMinute { linear: value * scale, rotary: value },
-            FeedUnit::PerRevolution => Self::PerRevolution(value * scale),
-        }
-    }
 }

@@ -1,14 +1,14 @@
 //! Writes the program of a tool path: header, approach, timed blocks, end. Uses `diagnostic`, `motion`, `machine` and
 //! `feed`.
 
-use super::code::FeedUnit;
-use super::dialect::Style;
+use super::dialect::{Part, Style};
 use super::feed_rules::{FeedRules, Travelled};
-use super::format::{push_steps, steps, value_of};
-use super::write_feed::{FeedWord, NoFeedWord, feed_word};
+use super::template::{Approach, Fields, render};
+use super::write_block::{BlockWriter, LINEAR, Motion, ROTARY, Words};
+use super::write_feed::{FeedWord, NoFeedWord, feed_word, unit_mm};
 use crate::diagnostic::{Diagnostic, Result};
 use crate::feed::TimedMove;
-use crate::machine::{AxisZero, DialectOptions, Setup, Travel};
+use crate::machine::{AxisZero, DialectOptions, FeedMode, Interpolation, LengthUnit, OrientationWords, Setup};
 use crate::motion::ToolPath;
 
 /// What to write.
@@ -45,19 +45,23 @@ pub struct Written {
 
 /// Share by which rounding alone may lower a feed.
 const ROUNDING: f64 = 0.01;
+/// Rotary angles that differ by more are another branch or turn, radians.
+const OTHER_BRANCH: f64 = 0.1;
+/// Angle to the pole below which the rotary axes are not watched, radians.
+const NEAR_POLE: f64 = 1e-3;
 
 /// Writes a program. The same request gives the same bytes.
 ///
 /// # Errors
-/// No moves; numbers that are not finite or too large; a state of TCP that the control cannot be in; a block that is too
-/// long for the control, or too slow for any F word; a turn of a wrapped axis by half a turn or more.
+/// No moves; numbers that are not finite or too large; a state of TCP or a form of feed that the control does not have;
+/// a template that cannot be filled in; a block that is too long for the control, or too slow for any F word; a turn of
+/// a wrapped axis by half a turn or more; tool vectors that the control would follow with other rotary angles.
 pub fn write(request: &WriteRequest) -> Result<Written> {
     let mut writer = Writer::new(request)?;
-    writer.header()?;
     let Some((first, moves)) = request.moves.split_first() else {
         return Err(Diagnostic::error("the path has no moves, so there is no program to write"));
     };
-    writer.approach(first)?;
+    writer.begin(first)?;
     for step in moves {
         writer.step(step)?;
     }
@@ -65,32 +69,29 @@ pub fn write(request: &WriteRequest) -> Result<Written> {
     Ok(writer.out)
 }
 
-/// Words of a block in steps of their last decimals: X, Y, Z, then the rotary axes in the machine's order.
-type Words = [i64; 5];
-
 struct Writer<'a> {
     request: &'a WriteRequest<'a>,
     options: &'a DialectOptions,
     style: Style,
     rules: FeedRules,
-    letters: [char; 5],
+    fields: Fields<'a>,
+    blocks: BlockWriter,
+    /// Blocks give the tool axis by its components.
+    vectors: bool,
     out: Written,
     line: usize,
-    /// Words in force; `None` before the first.
-    words: [Option<i64>; 5],
-    motion: Option<&'static str>,
-    feed_unit: FeedUnit,
-    /// F in force for feeds per minute, in steps.
-    feed: Option<i64>,
+    /// Where the path stands, in words and exactly.
+    at: Words,
+    rotary: [f64; 2],
     /// Durations of blocks too short to be written, s.
     owed: f64,
-    block: String,
 }
 
 impl<'a> Writer<'a> {
     fn new(request: &'a WriteRequest<'a>) -> Result<Self> {
         let machine = request.setup.machine();
         let options = &machine.control.options;
+        let style = Style::of(machine.control.dialect);
         let reachable = match request.tcp {
             true => options.tcp_on.is_some() || options.tcp_at_start,
             false => options.tcp_off.is_some() || !options.tcp_at_start,
@@ -100,200 +101,154 @@ impl<'a> Writer<'a> {
             return Err(Diagnostic::error(format!("the control of {} cannot turn TCP {state}", machine.name))
                 .help("give the code in [control.options], or write the program the other way"));
         }
+        if style.feed_units.is_none() && options.feed_mode == FeedMode::InverseTime {
+            let dialect = machine.control.dialect.name();
+            return Err(Diagnostic::error(format!("{dialect} has no inverse-time feed"))
+                .help("write feed_mode = \"per-minute\" in [control.options]"));
+        }
+        let blocks = BlockWriter::new(machine, style, request.modal);
         Ok(Self {
             request,
             options,
-            style: Style::of(machine.control.dialect),
-            rules: FeedRules::of(machine.control.dialect),
-            letters: machine.letters(),
+            style,
+            rules: FeedRules::new(machine.control.dialect, options),
+            fields: fields(request, &style, &blocks)?,
+            vectors: vectors(request),
+            blocks,
             out: Written { text: String::with_capacity(request.moves.len() * 60), slowed: Vec::new(), lost: 0.0 },
             line: 0,
-            words: [None; 5],
-            motion: None,
-            feed_unit: FeedUnit::PerMinute,
-            feed: None,
+            at: [0; 8],
+            rotary: [0.0; 2],
             owed: 0.0,
-            block: String::new(),
         })
     }
 
-    /// Adds one line; refuses one that the control does not take.
-    fn push(&mut self, line: &str) -> Result<()> {
-        if line.len() > self.options.max_block_length {
-            return Err(Diagnostic::error(format!(
-                "block {} would have {} characters; the control takes {}",
-                self.line + 1,
-                line.len(),
-                self.options.max_block_length
-            ))
-            .help("lower linear_digits or rotary_digits, or raise max_block_length if the control takes more"));
+    /// Begins a line.
+    fn open(&mut self) -> usize {
+        use std::fmt::Write;
+        let start = self.out.text.len();
+        if self.style.numbered_lines {
+            // Writing to a string cannot fail.
+            let _ = write!(self.out.text, "{} ", self.line);
+        }
+        start
+    }
+
+    /// Ends the line that begins at `start`; refuses one that the control does not take.
+    fn close(&mut self, start: usize) -> Result<()> {
+        let length = self.out.text.len() - start;
+        let limit = self.options.max_block_length;
+        if length > limit {
+            let message = format!("block {} would have {length} characters; the control takes {limit}", self.line + 1);
+            return Err(Diagnostic::error(message)
+                .help("lower linear_digits or rotary_digits, or raise max_block_length if the control takes more"));
         }
         self.line += 1;
-        self.out.text.push_str(line);
         self.out.text.push('\n');
         Ok(())
     }
 
-    fn lines(&mut self, lines: &[String]) -> Result<()> {
-        lines.iter().try_for_each(|line| self.push(line))
-    }
-
-    fn comment(&mut self, text: &str) -> Result<()> {
-        let text = (self.style.comment)(text);
-        let room = self.options.max_block_length.saturating_sub(2).max(1);
-        // Plain ASCII, so every byte is a character.
-        for piece in text.as_bytes().chunks(room) {
-            self.push(&format!("({})", String::from_utf8_lossy(piece)))?;
+    /// Adds a part that comes from a template.
+    fn part(&mut self, part: Part) -> Result<()> {
+        let own = &self.request.setup.machine().control.templates;
+        for line in render(part, own, &self.style, self.options.max_block_length, &self.fields)? {
+            let start = self.open();
+            self.out.text.push_str(&line);
+            self.close(start)?;
         }
         Ok(())
     }
 
-    fn header(&mut self) -> Result<()> {
-        let (request, options) = (self.request, self.options);
-        let (path, machine) = (request.path, request.setup.machine());
-        let number = path.tool.number;
-        self.lines(&(self.style.opening)(request.number, &path.name))?;
-        self.comment(&format!("tool T{number} {}", path.tool.description))?;
-        self.comment(&format!(
-            "part tolerance overcut {:.4} undercut {:.4}",
-            path.overcut_tolerance, path.undercut_tolerance
-        ))?;
-        self.comment(&format!("input {}", request.input_hash))?;
-        self.comment(&format!("machine {} dialect {}", machine.name, machine.control.dialect.name()))?;
-        self.comment(&format!("regulus {}", env!("CARGO_PKG_VERSION")))?;
-        self.push(self.style.safe_start)?;
-        self.lines(&options.start_lines)?;
-        self.tcp_off()?;
-        self.lines(&options.retract_lines)?;
-        self.push(&format!("T{number} M6"))?;
-        self.push(request.work_offset)?;
-        if self.plain_length() {
-            self.push(&format!("G43 H{number}"))?;
-        }
-        let speed = self.spindle_speed()?;
-        self.push(&format!("S{speed} M3"))
+    /// Everything before the path: to where it begins by rapids.
+    fn begin(&mut self, first: &TimedMove) -> Result<()> {
+        self.part(Part::Header)?;
+        self.part(Part::Retract)?;
+        self.part(Part::ToolCall)?;
+        let joint = self.words_of(first, false)?;
+        let start = self.words_of(first, self.request.tcp)?;
+        let text = |words: &Words, indices: &[usize]| self.blocks.text(words, indices);
+        self.fields.approach = Some(Approach {
+            rotary: text(&joint, &ROTARY),
+            across: text(&joint, &[0, 1]),
+            joint: text(&joint, &[0, 1, 2, 3, 4]),
+            start: text(&start, &LINEAR),
+        });
+        (self.at, self.rotary) = (start, first.axes.to.rotary);
+        self.part(Part::Approach)
     }
 
-    fn spindle_speed(&self) -> Result<String> {
-        let rpm = self.request.path.spindle_rpm;
-        let rpm = if self.style.whole_spindle_speed { rpm.round() } else { rpm };
-        if !(rpm.is_finite() && rpm > 0.0) {
-            return Err(Diagnostic::error(format!("spindle speed {rpm} is not a positive number"))
-                .help("write the speed in revolutions per minute"));
-        }
-        Ok(format!("{rpm}"))
-    }
-
-    /// Whether G43 comes before the path.
-    fn plain_length(&self) -> bool {
-        if self.request.tcp {
-            let in_kinematics = self.request.setup.machine().spindle.axis_zero == AxisZero::GaugePoint;
-            !self.style.tcp_with_length && in_kinematics
-        } else {
-            self.options.length_offset_without_tcp
-        }
-    }
-
-    fn tcp_off(&mut self) -> Result<()> {
-        match &self.options.tcp_off {
-            Some(code) => self.push(code),
-            None => Ok(()),
-        }
-    }
-
-    /// Rotary axes, then across the spindle, then to where the path begins; with TCP off as far as the control can.
-    fn approach(&mut self, first: &TimedMove) -> Result<()> {
-        let start = self.words_of(first, false)?;
-        if self.request.setup.machine().has_axis(3) {
-            self.motion_block("G0", &self.only(&start, &[3, 4]), None)?;
-        }
-        let switchable = self.options.tcp_off.is_some() || !self.options.tcp_at_start;
-        if switchable {
-            self.motion_block("G0", &self.only(&start, &[0, 1]), None)?;
-        }
-        if !self.request.tcp {
-            return self.motion_block("G0", &start.map(Some), None);
-        }
-        let start = self.words_of(first, true)?;
-        // The linear words mean something else from here on.
-        self.words = [None; 5];
-        if let Some(code) = &self.options.tcp_on {
-            if self.style.tcp_with_length {
-                self.block = format!("{code} H{} ", self.request.path.tool.number);
-            } else {
-                self.push(code)?;
-            }
-        }
-        self.motion_block("G0", &start.map(Some), None)
-    }
-
-    fn only(&self, words: &Words, indices: &[usize]) -> [Option<i64>; 5] {
-        std::array::from_fn(|index| words.get(index).copied().filter(|_| indices.contains(&index)))
+    fn end(&mut self) -> Result<()> {
+        self.fields.approach = None;
+        self.part(Part::Retract)?;
+        self.part(Part::End)
     }
 
     /// The words of a move.
     fn words_of(&self, step: &TimedMove, tcp: bool) -> Result<Words> {
         let exact = self.request.setup.words(&step.axes.to, tcp);
-        let ([x, y, z], [a, b]) = (exact.linear, exact.rotary);
-        let mut words = [0; 5];
-        for (index, value) in [x, y, z, a, b].into_iter().enumerate() {
-            words[index] = steps(value, self.digits(index)).ok_or_else(|| {
-                Diagnostic::error(format!(
-                    "{} {value} after block {} is no number that a control reads",
-                    self.letters[index], self.line
-                ))
-                .help("check the path: its poses must be finite and within reach")
+        let unit = unit_mm(self.options);
+        let ([x, y, z], [a, b]) = (exact.linear.map(|value| value / unit), exact.rotary);
+        let axis = step.axes.pose.axis;
+        let [i, j, k] = if self.vectors { [axis.x, axis.y, axis.z] } else { [0.0; 3] };
+        let mut words = [0; 8];
+        for (index, value) in [x, y, z, a, b, i, j, k].into_iter().enumerate() {
+            words[index] = self.blocks.steps(index, value).ok_or_else(|| {
+                Diagnostic::error(format!("{value} after block {} is no number that a control reads", self.line))
+                    .help("check the path: its poses must be finite and within reach")
             })?;
         }
-        for (slot, axis) in self.request.setup.machine().rotary.iter().enumerate() {
-            if axis.travel == Travel::Wrapped {
-                words[3 + slot] = words[3 + slot].rem_euclid(self.turn());
+        for slot in ROTARY {
+            if self.blocks.wrapped[slot - 3] {
+                words[slot] = words[slot].rem_euclid(self.blocks.turn());
             }
         }
         Ok(words)
     }
 
-    fn digits(&self, index: usize) -> u8 {
-        if index < 3 { self.options.linear_digits } else { self.options.rotary_digits }
-    }
-
-    /// One turn of a rotary axis in steps.
-    fn turn(&self) -> i64 {
-        360 * 10_i64.pow(u32::from(self.options.rotary_digits.min(12)))
-    }
-
     fn step(&mut self, step: &TimedMove) -> Result<()> {
         let words = self.words_of(step, self.request.tcp)?;
-        let way = self.way(&words)?;
+        let turned = self.turned(&words)?;
+        let way = self.way(&words, turned, step);
         if way.is_none() {
             // The control would not move; the time goes to the next block.
             self.owed += if step.axes.kind.is_rapid() { 0.0 } else { step.duration };
             return Ok(());
         }
-        if step.axes.kind.is_rapid() {
-            return self.motion_block("G0", &words.map(Some), None);
-        }
+        self.check_branch(step)?;
+        let (words, feed) = if step.axes.kind.is_rapid() { (words, None) } else { self.feed(words, step, way)? };
+        let motion = if feed.is_some() { Motion::Feed } else { Motion::Rapid };
+        let start = self.open();
+        self.blocks.push(&mut self.out.text, motion, &words, self.vectors, turned, feed);
+        self.close(start)?;
+        (self.at, self.rotary) = (words, step.axes.to.rotary);
+        Ok(())
+    }
+
+    /// The feed of a block, and the words that it can be given for.
+    fn feed(&mut self, words: Words, step: &TimedMove, way: Travelled) -> Result<(Words, Option<FeedWord>)> {
         let asked = step.duration + std::mem::take(&mut self.owed);
         if !(asked.is_finite() && asked > 0.0) {
             return Err(Diagnostic::error(format!("the block after line {} is to take {asked} s", self.line)));
         }
         let (tcp, rules, options) = (self.request.tcp, self.rules, self.options);
-        let (words, word) = match feed_word(options, &rules, way, tcp, asked) {
-            Ok(word) => (words.map(Some), word),
+        let least = asked.max(1.0 / options.max_block_rate);
+        let (words, word) = match feed_word(options, &rules, way, tcp, least) {
+            Ok(word) => (words, word),
             Err(NoFeedWord::TipStill) => {
                 // The tip moves by less than any feed word tells: it waits for the next block.
                 let turning = Travelled { linear: 0.0, ..way };
-                let word = feed_word(options, &rules, turning, tcp, asked).map_err(|_| self.too_slow(asked))?;
-                (self.only(&words, &[3, 4]), word)
+                let word = feed_word(options, &rules, turning, tcp, least).map_err(|_| self.too_slow(asked))?;
+                let [x, y, z, ..] = self.at;
+                let [_, _, _, a, b, i, j, k] = words;
+                ([x, y, z, a, b, i, j, k], word)
             }
             Err(NoFeedWord::TooSlow) => return Err(self.too_slow(asked)),
         };
-        self.motion_block("G1", &words, Some(word))?;
         self.out.lost += word.seconds - asked;
         if word.seconds > asked * (1.0 + ROUNDING) {
-            self.out.slowed.push(self.line);
+            self.out.slowed.push(self.line + 1);
         }
-        Ok(())
+        Ok((words, Some(word)))
     }
 
     fn too_slow(&self, seconds: f64) -> Box<Diagnostic> {
@@ -301,74 +256,120 @@ impl<'a> Writer<'a> {
             .help("raise feed_digits, or raise the feed")
     }
 
-    /// How far a block goes from the words in force.
-    fn way(&self, words: &Words) -> Result<Travelled> {
-        let delta = |index: usize| words[index] - self.words[index].unwrap_or(words[index]);
-        let linear = |index: usize| value_of(delta(index), self.options.linear_digits);
-        let mut turned = [0.0; 2];
-        for (slot, axis) in self.request.setup.machine().rotary.iter().enumerate() {
-            let mut steps = delta(3 + slot);
-            if axis.travel == Travel::Wrapped {
-                let turn = self.turn();
+    /// By how much the rotary axes turn from where they stand, in steps of their words.
+    fn turned(&self, words: &Words) -> Result<[i64; 2]> {
+        let mut turned = [0; 2];
+        for slot in ROTARY {
+            let mut steps = words[slot] - self.at[slot];
+            if self.blocks.wrapped[slot - 3] {
+                let turn = self.blocks.turn();
                 steps = (steps + turn / 2).rem_euclid(turn) - turn / 2;
                 if steps == -turn / 2 {
+                    let letter = self.request.setup.machine().rotary[slot - 3].letter;
                     return Err(Diagnostic::error(format!(
-                        "{} turns by half a turn in the block after line {}: the control may go either way",
-                        axis.letter, self.line
+                        "{letter} turns by half a turn in the block after line {}: the control may go either way",
+                        self.line
                     ))
                     .help("put more blocks there"));
                 }
             }
-            turned[slot] = value_of(steps, self.options.rotary_digits);
+            turned[slot - 3] = steps;
         }
-        Ok(Travelled { linear: linear(0).hypot(linear(1)).hypot(linear(2)), rotary: turned[0].hypot(turned[1]) })
+        Ok(turned)
     }
 
-    /// Writes a motion block, behind what [`Self::block`] already holds.
-    fn motion_block(&mut self, code: &'static str, words: &[Option<i64>; 5], feed: Option<FeedWord>) -> Result<()> {
-        let mut block = std::mem::take(&mut self.block);
-        if let Some(feed) = feed.filter(|feed| feed.unit != self.feed_unit) {
-            self.feed_unit = feed.unit;
-            self.feed = None;
-            block.push_str(if feed.unit == FeedUnit::InverseTime { "G93 " } else { "G94 " });
+    /// How far a block goes from where the path stands.
+    fn way(&self, words: &Words, turned: [i64; 2], step: &TimedMove) -> Travelled {
+        let unit = unit_mm(self.options);
+        let [x, y, z] = LINEAR.map(|index| self.blocks.value(index, words[index] - self.at[index]) * unit);
+        let linear = x.hypot(y).hypot(z);
+        if self.vectors {
+            // The control finds the angles of the vector itself.
+            let same = (5..8).all(|index| words[index] == self.at[index]);
+            let [a, b]: [f64; 2] = std::array::from_fn(|k| (step.axes.to.rotary[k] - self.rotary[k]).to_degrees());
+            return Travelled { linear, rotary: if same { 0.0 } else { a.hypot(b) } };
         }
-        if !self.request.modal || self.motion != Some(code) {
-            self.motion = Some(code);
-            block.push_str(code);
-            block.push(' ');
-        }
-        for (index, word) in words.iter().enumerate() {
-            let Some(steps) = word.filter(|_| self.request.setup.machine().has_axis(index)) else { continue };
-            if self.request.modal && self.words[index] == Some(steps) {
-                continue;
-            }
-            self.words[index] = Some(steps);
-            block.push(self.letters[index]);
-            push_steps(&mut block, steps, self.digits(index));
-            block.push(' ');
-        }
-        if let Some(feed) = feed
-            && (feed.unit == FeedUnit::InverseTime || !self.request.modal || self.feed != Some(feed.steps))
-        {
-            self.feed = Some(feed.steps);
-            block.push('F');
-            push_steps(&mut block, feed.steps, self.options.feed_digits);
-        }
-        let pushed = self.push(block.trim_end());
-        block.clear();
-        self.block = block;
-        pushed
+        let [a, b] = ROTARY.map(|slot| self.blocks.value(slot, turned[slot - 3]));
+        Travelled { linear, rotary: a.hypot(b) }
     }
 
-    fn end(&mut self) -> Result<()> {
-        let options = self.options;
-        self.tcp_off()?;
-        self.lines(&options.retract_lines)?;
-        if self.plain_length() {
-            self.push("G49")?;
+    /// With tool vectors the control takes the rotary angles nearest to where it stands: they must be those of the path.
+    fn check_branch(&self, step: &TimedMove) -> Result<()> {
+        if !self.vectors {
+            return Ok(());
         }
-        self.push("M5")?;
-        self.lines(&options.end_lines)?;
-        self.style.closing.iter().try_for_each(|line| self.push(line))
+        let (setup, wanted) = (self.request.setup, step.axes.to.rotary);
+        let taken = setup.inverse_near(&step.axes.pose, self.rotary).map(|axes| axes.rotary);
+        let other = taken.is_none_or(|taken| taken.iter().zip(wanted).any(|(a, b)| (a - b).abs() > OTHER_BRANCH));
+        // At the pole the angle is free.
+        if other && setup.pole_distance(&step.axes.pose.axis) > NEAR_POLE {
+            let message = format!(
+                "after line {} the control would follow the tool vector with other rotary angles than the path's",
+                self.line
+            );
+            return Err(Diagnostic::error(message)
+                .help("write orientation = \"angles\" in [control.options], or put more blocks there"));
+        }
+        Ok(())
     }
+}
+
+/// Whether blocks give the tool axis by its components.
+fn vectors(request: &WriteRequest) -> bool {
+    request.tcp && request.setup.machine().control.options.orientation == OrientationWords::Vectors
+}
+
+/// What the templates may use, but for the approach.
+fn fields<'a>(request: &WriteRequest<'a>, style: &Style, blocks: &BlockWriter) -> Result<Fields<'a>> {
+    let (path, machine) = (request.path, request.setup.machine());
+    let options = &machine.control.options;
+    let rpm = path.spindle_rpm;
+    let rpm = if style.whole_spindle_speed { rpm.round() } else { rpm };
+    if !(rpm.is_finite() && rpm > 0.0) {
+        return Err(Diagnostic::error(format!("spindle speed {rpm} is not a positive number"))
+            .help("write the speed in revolutions per minute"));
+    }
+    let vectors = vectors(request);
+    let tcp_on =
+        if vectors { options.tcp_on_vectors.as_ref().or(options.tcp_on.as_ref()) } else { options.tcp_on.as_ref() };
+    let plain = style.plain_text;
+    // Whether the tool length is called in a block of its own.
+    let length = match request.tcp {
+        _ if style.length_with_tool => false,
+        true => machine.spindle.axis_zero == AxisZero::GaugePoint && !style.length_with_tcp,
+        false => options.length_offset_without_tcp,
+    };
+    let [length_on, length_off] = style.length_codes;
+    let number = path.tool.number;
+    Ok(Fields {
+        name: plain(&path.name),
+        number: request.number,
+        machine: &machine.name,
+        dialect: machine.control.dialect.name(),
+        version: env!("CARGO_PKG_VERSION"),
+        input: request.input_hash,
+        tool_number: number,
+        tool_description: plain(&path.tool.description),
+        gauge_length: format!("{:.4}", path.tool.gauge_length),
+        overcut: format!("{:.4}", path.overcut_tolerance),
+        undercut: format!("{:.4}", path.undercut_tolerance),
+        work_offset: request.work_offset,
+        spindle: format!("{rpm}"),
+        inch: options.units == LengthUnit::Inch,
+        tcp: request.tcp,
+        vectors,
+        great_circle: request.setup.interpolation(request.tcp) == Interpolation::TipAndVector,
+        tcp_on: tcp_on.map_or("", String::as_str),
+        tcp_off: options.tcp_off.as_deref().unwrap_or_default(),
+        switchable: options.tcp_off.is_some() || !options.tcp_at_start,
+        length_on: if length { format!("{length_on} H{number}") } else { String::new() },
+        length_off: if length { length_off.to_owned() } else { String::new() },
+        feed_radius: blocks.number(options.feed_radius / unit_mm(options), options.linear_digits),
+        per_minute: options.feed_mode == FeedMode::PerMinute,
+        letters: machine.rotary.iter().filter(|axis| axis.is_present()).map(|axis| axis.letter.to_string()).collect(),
+        start_lines: &options.start_lines,
+        retract_lines: &options.retract_lines,
+        end_lines: &options.end_lines,
+        approach: None,
+    })
 }

@@ -202,9 +202,9 @@ fn tools(program: &Program) -> Vec<u32> {
 
 fn extents(program: &Program) -> BTreeMap<char, Extent> {
     let mut extents: BTreeMap<char, Extent> = BTreeMap::new();
-    for step in program.moves.iter().filter(|step| step.frame == Frame::Work && !step.incremental) {
+    for step in program.moves.iter().filter(|step| step.frame == Frame::Work) {
         for (index, (letter, value)) in AXIS_LETTERS.iter().zip(step.target).enumerate() {
-            if step.given.has(index) {
+            if step.given.has(index) && !step.incremental.has(index) {
                 let extent = extents.entry(*letter).or_insert(Extent { min: value, max: value });
                 *extent = Extent { min: extent.min.min(value), max: extent.max.max(value) };
             }

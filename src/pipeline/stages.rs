@@ -87,7 +87,7 @@ pub fn post(request: &PostRequest<'_>) -> Result<Posted> {
     let written = write(&request)?;
     Ok(Posted {
         text: written.text,
-        extension: extension(machine),
+        extension: machine.control.dialect.extension(),
         moves: moves.len(),
         linearization: linearized.deviation,
         slowed: written.slowed,
@@ -144,11 +144,4 @@ fn doubts(motion: &ToolMotion, program: InputFile<'_>) -> Vec<Diagnostic> {
     let help = "correct the program, or give --despite-unknown to judge the rest of it";
     doubts.push(*Diagnostic::error(message).in_file(program.name).help(help));
     doubts
-}
-
-fn extension(machine: &Machine) -> &'static str {
-    match machine.control.dialect {
-        crate::machine::Dialect::LinuxCnc => "ngc",
-        crate::machine::Dialect::Fanuc30i => "nc",
-    }
 }

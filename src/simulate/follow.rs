@@ -3,11 +3,14 @@
 
 use super::arc::Arc;
 use super::duration::feed_duration;
+use super::rollover::turn_to;
 use super::segment::{Path, Segment, SegmentKind};
 use super::tool_motion::ToolMotion;
 use crate::diagnostic::Severity;
+use crate::geometry::Direction;
 use crate::geometry::{Point, Vector};
-use crate::machine::{AxisPosition, AxisZero, Dialect, Interpolation, ProgramWords, Setup};
+use crate::machine::{AxisPosition, AxisZero, Dialect, Setup, TcpInterpolation};
+use crate::motion::Pose;
 use crate::nc::program::{AXIS_LETTERS, AxisSet, Change, ChangeAt, Feed, Frame, LengthOffset, Move, Way};
 use crate::nc::{FeedRules, Finding, FindingCode, Findings, Program, Travelled};
 
@@ -47,6 +50,9 @@ struct Follower<'a> {
     /// Work offset in force less the setup's, mm.
     offset: Vector,
     length_on: bool,
+    rules: FeedRules,
+    /// How the tool turns with TCP on, where the program has said it.
+    interpolation: Option<TcpInterpolation>,
     rpm: f64,
     time: f64,
     /// Axes that the program names anywhere, and those it has positioned so far.
@@ -74,9 +80,11 @@ impl<'a> Follower<'a> {
             tcp: machine.control.options.tcp_at_start,
             offset: Vector::zeros(),
             length_on: false,
+            rules: FeedRules::new(machine.control.dialect, &machine.control.options),
+            interpolation: None,
             rpm: 0.0,
             time: 0.0,
-            needed: AxisSet(program.moves.iter().fold(0, |bits, step| bits | step.given.0)),
+            needed: AxisSet(program.moves.iter().fold(0, |bits, step| bits | step.given.0) & !AxisSet::VECTOR.0),
             positioned: AxisSet::default(),
             said_unknown_start: false,
             said_without_length: false,
@@ -102,6 +110,8 @@ impl<'a> Follower<'a> {
                 self.tcp = on;
                 self.said_without_length = false;
             }
+            Change::Interpolation(how) => self.interpolation = how,
+            Change::FeedRadius(radius) => self.rules = self.rules.at_radius(radius),
             Change::Length(length) => self.change_length(line, length),
             Change::WorkOffset(code) => {
                 let name = code.to_string();
@@ -174,7 +184,7 @@ impl<'a> Follower<'a> {
         let here = self.here();
         let target = self.target(step, here);
         let known = self.needed.0 & !self.positioned.0 == 0;
-        self.positioned = AxisSet(self.positioned.0 | step.given.0);
+        self.positioned = AxisSet(self.positioned.0 | self.named(step).0);
         let (path, travelled) = self.path(step, here, &target);
         let segment = Segment {
             line: step.line as usize,
@@ -209,10 +219,9 @@ impl<'a> Follower<'a> {
             Way::Rapid => None,
             Way::Line(feed) | Way::Arc(feed, _) => Some(feed),
         };
-        let seconds = feed.and_then(|feed| feed_duration(self.setup, feed, travelled, self.tcp, self.rpm));
+        let seconds = feed.and_then(|feed| feed_duration(&self.rules, feed, travelled, self.tcp, self.rpm));
         if let Some(Feed::InverseTime(word)) = feed
-            && let Some(seconds) =
-                FeedRules::of(self.setup.machine().control.dialect).inverse_time_floor(word, travelled)
+            && let Some(seconds) = self.rules.inverse_time_floor(word, travelled)
         {
             let message = format!("F{word} makes less than the slowest feed of the control: it takes {seconds:.4} s");
             let help = "make the block longer, or merge it with its neighbour";
@@ -223,9 +232,22 @@ impl<'a> Follower<'a> {
         self.segments.push(segment);
     }
 
-    /// What the control refuses or misunderstands with TCP on.
+    /// The axes that a move positions.
+    fn named(&self, step: &Move) -> AxisSet {
+        if !step.given.has_vector() {
+            return step.given;
+        }
+        AxisSet(self.rotary_letters.iter().fold(step.given.0, |bits, letter| bits | 1 << letter))
+    }
+
+    /// What the control refuses or misunderstands with TCP on, or off.
     fn check_tcp(&mut self, step: &Move) {
         if !self.tcp {
+            if step.given.has_vector() {
+                let message = "the tool axis by its components with TCP off";
+                let help = "switch TCP on first, or write rotary angles";
+                self.find(FindingCode::WrongTcpState, step.line as usize, message, help);
+            }
             return;
         }
         let line = step.line as usize;
@@ -238,7 +260,10 @@ impl<'a> Follower<'a> {
         }
         let refused = match step.frame {
             Frame::Work => false,
-            Frame::Machine => self.setup.machine().control.dialect == Dialect::Fanuc30i,
+            Frame::Machine => !matches!(
+                self.setup.machine().control.dialect,
+                Dialect::LinuxCnc | Dialect::GrblHal | Dialect::Iso | Dialect::Siemens840d
+            ),
             Frame::Reference(_) => true,
         };
         if refused {
@@ -248,39 +273,59 @@ impl<'a> Follower<'a> {
         }
     }
 
-    fn target(&self, step: &Move, here: Point) -> Target {
+    fn target(&mut self, step: &Move, here: Point) -> Target {
         let zero = self.zero();
         let linear = |index: usize| {
             let word = step.target[index];
             match step.frame {
                 _ if !step.given.has(index) => here[index],
-                Frame::Work if step.incremental => here[index] + word,
+                Frame::Work if step.incremental.has(index) => here[index] + word,
                 Frame::Work => word,
                 Frame::Machine => word - zero[index],
                 Frame::Reference(_) => -zero[index],
             }
         };
         let words = Point::new(linear(0), linear(1), linear(2));
-        let rotary = self.rotary_target(step);
+        let tip = words + self.offset;
+        let rotary = if step.given.has_vector() { self.vector_target(step, tip) } else { self.rotary_target(step) };
         let axes = if self.tcp {
-            self.setup.with_rotary(&(words + self.offset), rotary)
+            self.setup.with_rotary(&tip, rotary)
         } else {
             AxisPosition { linear: (words + zero).into(), rotary }
         };
         Target { words, axes }
     }
 
-    fn rotary_target(&self, step: &Move) -> [f64; 2] {
-        let word = |slot: usize| step.target.get(self.rotary_letters[slot]).copied().unwrap_or(0.0);
-        let absolute = ProgramWords { linear: [0.0; 3], rotary: [word(0), word(1)] };
-        let absolute = self.setup.axes_from_words(&absolute, &self.axes, false).rotary;
-        std::array::from_fn(|slot| {
-            let start = self.axes.rotary[slot];
-            match step.frame {
-                _ if !step.given.has(self.rotary_letters[slot]) => start,
-                Frame::Work if step.incremental => start + word(slot).to_radians(),
-                Frame::Work | Frame::Machine | Frame::Reference(_) => absolute[slot],
+    /// The rotary angles for a tool axis given by its components: of all those nearest to where the axes stand.
+    fn vector_target(&mut self, step: &Move, tip: Point) -> [f64; 2] {
+        let [_, _, _, x, y, z] = step.target;
+        let near = Direction::try_new(Vector::new(x, y, z), 1e-9)
+            .and_then(|axis| self.setup.inverse_near(&Pose { tip, axis }, self.axes.rotary));
+        match near {
+            Some(axes) => axes.rotary,
+            None => {
+                let message = format!("no rotary angles bring the tool axis to [{x}, {y}, {z}]");
+                let help = "post for this machine, or check that the machine file is the right one";
+                self.find(FindingCode::UnreachableAxis, step.line as usize, message, help);
+                self.axes.rotary
             }
+        }
+    }
+
+    fn rotary_target(&self, step: &Move) -> [f64; 2] {
+        let [first, second] = &self.setup.machine().rotary;
+        [(0, first), (1, second)].map(|(slot, axis)| {
+            let start = self.axes.rotary[slot];
+            let index = self.rotary_letters[slot];
+            if !step.given.has(index) {
+                return start;
+            }
+            let word = step.target.get(index).copied().unwrap_or(0.0);
+            if step.incremental.has(index) {
+                return start + word.to_radians();
+            }
+            let rollover = self.setup.machine().control.options.rollover;
+            turn_to(word, start, step.turns.of(index), axis.travel, rollover)
         })
     }
 
@@ -309,14 +354,21 @@ impl<'a> Follower<'a> {
         }
         let travelled = Travelled { linear: (target.words - here).norm(), rotary };
         let end = target.words + self.offset;
-        let path = match self.setup.interpolation(self.tcp) {
-            Interpolation::Axes => Path::Joints,
-            Interpolation::TipAndRotary => Path::Tip { from: self.tip, to: end },
-            Interpolation::TipAndVector => {
+        let path = match self.turning(step) {
+            None => Path::Joints,
+            Some(TcpInterpolation::RotaryLinear) => Path::Tip { from: self.tip, to: end },
+            Some(TcpInterpolation::GreatCircle) => {
                 Path::Vector { from: self.setup.forward(&self.axes), to: self.setup.forward(&target.axes) }
             }
         };
         (path, travelled)
+    }
+
+    /// How the tool turns with TCP on; `None` with TCP off.
+    fn turning(&self, step: &Move) -> Option<TcpInterpolation> {
+        let options = &self.setup.machine().control.options;
+        let usual = if step.given.has_vector() { options.vector_interpolation } else { options.tcp_interpolation };
+        self.tcp.then(|| self.interpolation.unwrap_or(usual))
     }
 
     fn find(&mut self, code: FindingCode, line: usize, message: impl Into<String>, help: &str) {

@@ -6,6 +6,7 @@ mod arc;
 mod bound;
 mod duration;
 mod follow;
+mod rollover;
 mod segment;
 mod statistics;
 #[cfg(test)]

@@ -1,81 +1,79 @@
 //! One file a control: how its programs are read and written. Uses `machine` for the options of a control.
 
 mod fanuc_30i;
+mod grblhal;
+mod haas_ngc;
+mod heidenhain_tnc;
+mod iso;
 mod linuxcnc;
+mod mazak_smooth;
+mod okuma_osp;
+mod siemens_840d;
+mod style;
+mod words;
 
+pub(super) use style::{Part, Style};
+
+use super::block::Blocks;
 use super::code::{GCode, MCode};
-use super::feed_rules::FeedRules;
-use super::lexer::Lexical;
+use super::lexer::{Lexical, lex};
 use super::program::AxisSet;
-use crate::machine::{Dialect, DialectOptions, Machine};
+use crate::machine::{Dialect, DialectOptions, InverseTimeUnit, Machine, OrientationWords, PointRule};
 
 /// How a control understands programs.
 #[derive(Clone, Debug)]
 pub struct Rules {
-    pub(super) lexical: Lexical,
+    syntax: Syntax,
     /// By ten times the code.
     g: Vec<GCode>,
     m: Vec<MCode>,
+    /// Words of the language.
+    keywords: &'static [(&'static str, GCode)],
     /// Axis letters of the machine; all where none is given.
     pub(super) axes: AxisSet,
-    /// Whether numbers without decimal point may count increments.
-    pub(super) point_needed: bool,
+    /// Letters that may stand in any block, as bits from A.
+    pub(super) free_letters: u32,
+    /// What numbers without decimal point mean.
+    pub(super) point: PointRule,
+    /// What such a number counts, mm and degrees.
+    pub(super) least_increment: f64,
     /// Seconds for a P of 1 in a dwell.
     pub(super) dwell_unit: f64,
+    /// Whether F in a dwell is its seconds.
+    pub(super) dwell_in_f: bool,
+    /// What F counts in inverse-time feed.
+    pub(super) inverse_time_unit: InverseTimeUnit,
+    /// Radius at which rotary axes count for the feed where a program says nothing, mm; 0: not at all.
+    pub(super) usual_feed_radius: f64,
+    /// That where a program says that they count, and not at which radius.
+    pub(super) group_radius: f64,
     /// Whether a tool length offset without number is that of the tool in the spindle.
     pub(super) own_length: bool,
+    /// Whether D selects the tool length.
+    pub(super) length_by_d: bool,
     /// Whether the control rounds corners freely until told otherwise.
     pub(super) blends_at_start: bool,
     /// Whether a program must say where it ends.
     pub(super) end_needed: bool,
     /// Whether the arc's P word counts turns.
     pub(super) arc_turns: bool,
+    /// Whether the code that turns TCP on also says how the tool turns.
+    pub(super) tcp_says_interpolation: bool,
     /// M codes the control takes in a block.
     pub(super) m_codes_per_block: usize,
     /// Output that switches TCP, and its values for on and off.
     pub(super) tcp_output: Option<TcpOutput>,
 }
 
-/// How programs of a dialect are written, beyond the options of a control.
-pub(super) struct Style {
-    /// Lines before everything else, from program number and name.
-    pub(super) opening: fn(u32, &str) -> Vec<String>,
-    /// Text as it may stand in a comment.
-    pub(super) comment: fn(&str) -> String,
-    /// Block that puts every modal group into a known state.
-    pub(super) safe_start: &'static str,
-    /// Lines at the end.
-    pub(super) closing: &'static [&'static str],
-    /// Whether the code that turns TCP on brings the tool length along (H) and moves; else G43 comes before it.
-    pub(super) tcp_with_length: bool,
-    /// Whether spindle speeds must be whole.
-    pub(super) whole_spindle_speed: bool,
-}
-
-impl Style {
-    /// The style of a dialect.
-    pub(super) fn of(dialect: Dialect) -> Self {
-        match dialect {
-            Dialect::LinuxCnc => linuxcnc::writing(),
-            Dialect::Fanuc30i => fanuc_30i::writing(),
-        }
-    }
-}
-
-impl FeedRules {
-    /// The rules of a dialect.
-    pub fn of(dialect: Dialect) -> Self {
-        match dialect {
-            Dialect::LinuxCnc => linuxcnc::feed_rules(),
-            Dialect::Fanuc30i => fanuc_30i::feed_rules(),
-        }
-    }
-}
-
-/// Printable ASCII without what ends or nests a comment; anything else becomes a question mark.
-fn plain(text: &str) -> String {
-    let allowed = |c: char| (c.is_ascii_graphic() || c == ' ') && !"()%;".contains(c);
-    text.chars().map(|c| if allowed(c) { c } else { '?' }).collect()
+/// How a text is cut into words.
+#[derive(Clone, Debug)]
+enum Syntax {
+    /// Letters with numbers.
+    Words(Lexical),
+    /// Siemens: also names, assignments and calls.
+    Siemens { max_block_length: usize },
+    /// Heidenhain Klartext.
+    Klartext,
 }
 
 /// TCP switched by an analog output.
@@ -97,56 +95,94 @@ impl Rules {
         let mut rules = match dialect {
             Dialect::LinuxCnc => linuxcnc::reading(options),
             Dialect::Fanuc30i => fanuc_30i::reading(),
+            Dialect::HaasNgc => haas_ngc::reading(),
+            Dialect::Siemens840d => siemens_840d::reading(options),
+            Dialect::HeidenhainTnc => heidenhain_tnc::reading(),
+            Dialect::MazakSmooth => mazak_smooth::reading(),
+            Dialect::OkumaOsp => okuma_osp::reading(),
+            Dialect::GrblHal => grblhal::reading(options),
+            Dialect::Iso => iso::reading(),
         };
         if !letters.is_empty() {
             let named = super::program::AXIS_LETTERS.iter().enumerate().filter(|(_, letter)| letters.contains(letter));
             rules.axes = AxisSet(named.fold(0, |bits, (index, _)| bits | 1 << index));
         }
-        rules.switch_tcp(options.tcp_on.as_deref(), options.tcp_off.as_deref());
+        rules.point = options.number_without_point;
+        rules.least_increment = options.least_increment;
+        rules.inverse_time_unit = options.inverse_time_unit;
+        rules.usual_feed_radius = options.feed_radius;
+        rules.switch_tcp(options);
         rules
     }
 
+    /// Cuts a text into words and blocks.
+    pub(super) fn cut(&self, text: &[u8]) -> Blocks {
+        match &self.syntax {
+            Syntax::Words(lexical) => lex(text, lexical),
+            Syntax::Siemens { max_block_length } => siemens_840d::lex(text, *max_block_length),
+            Syntax::Klartext => heidenhain_tnc::lex(text),
+        }
+    }
+
     /// Puts the machine's own codes for TCP into the tables.
-    fn switch_tcp(&mut self, on: Option<&str>, off: Option<&str>) {
-        let words = |code: Option<&str>| -> Vec<(u8, f64)> {
-            let blocks = super::lexer::lex(code.unwrap_or_default().as_bytes(), &self.lexical);
+    fn switch_tcp(&mut self, options: &DialectOptions) {
+        let words = |code: &Option<String>| -> Vec<(u8, f64)> {
+            let blocks = self.cut(code.as_deref().unwrap_or_default().as_bytes());
             blocks.words.iter().map(|word| (word.letter, word.value)).collect()
         };
-        let (on, off) = (words(on), words(off));
+        let (on, vectors, off) = (words(&options.tcp_on), words(&options.tcp_on_vectors), words(&options.tcp_off));
         if let ([(b'M', code), (b'E', output), (b'Q', on)], [.., (b'Q', off)]) = (&on[..], &off[..]) {
             if *code == 68.0 {
                 self.tcp_output = Some(TcpOutput { output: *output, on: *on, off: *off });
             }
             return;
         }
-        for (words, tcp) in [(on, true), (off, false)] {
+        let on_with = |words| GCode::LengthOn { tcp: Some(words) };
+        for (words, length, tcp) in [
+            (on, on_with(OrientationWords::Angles), true),
+            (vectors, on_with(OrientationWords::Vectors), true),
+            (off, GCode::LengthOff { tcp: true }, false),
+        ] {
             match words.first() {
                 Some((b'M', code)) => self.set_m(&[*code as usize], MCode::Tcp(tcp)),
-                Some((b'G', code)) => {
-                    let meaning = if tcp { GCode::LengthOn { tcp } } else { GCode::LengthOff { tcp: true } };
-                    self.set_g(&[(*code * 10.0).round() as u16], meaning);
-                }
+                Some((b'G', code)) => self.set_g(&[(*code * 10.0).round() as u16], length),
                 _ => {}
             }
         }
     }
 
     /// Rules with empty tables.
-    fn empty(lexical: Lexical) -> Self {
+    fn empty(syntax: Syntax) -> Self {
         Self {
-            lexical,
-            g: vec![GCode::Unknown; 1000],
+            syntax,
+            g: vec![GCode::Unknown; 10_000],
             m: vec![MCode::Unknown; 1000],
+            keywords: &[],
             axes: AxisSet(0b11_1111),
-            point_needed: false,
+            free_letters: 0,
+            point: PointRule::Required,
+            least_increment: 0.001,
             dwell_unit: 1.0,
+            dwell_in_f: false,
+            inverse_time_unit: InverseTimeUnit::PerMinute,
+            usual_feed_radius: 0.0,
+            group_radius: 180.0 / std::f64::consts::PI,
             own_length: false,
+            length_by_d: false,
             blends_at_start: false,
             end_needed: false,
             arc_turns: false,
+            tcp_says_interpolation: false,
             m_codes_per_block: usize::MAX,
             tcp_output: None,
         }
+    }
+
+    /// Rules of a control whose programs are letters with numbers.
+    fn of_words(lexical: Lexical) -> Self {
+        let mut rules = Self::empty(Syntax::Words(lexical));
+        rules.common_codes();
+        rules
     }
 
     /// `codes` are ten times the G codes.
@@ -166,53 +202,6 @@ impl Rules {
         }
     }
 
-    /// Codes that mean the same in every dialect derived from RS-274-D.
-    fn common_codes(&mut self) {
-        use super::code::{FeedUnit, Motion, Plane, SpindleTurn};
-        let g = [
-            (0, GCode::Motion(Motion::Rapid)),
-            (10, GCode::Motion(Motion::Line)),
-            (20, GCode::Motion(Motion::Arc { clockwise: true })),
-            (30, GCode::Motion(Motion::Arc { clockwise: false })),
-            (40, GCode::Dwell),
-            (170, GCode::Plane(Plane::Xy)),
-            (180, GCode::Plane(Plane::Zx)),
-            (190, GCode::Plane(Plane::Yz)),
-            (200, GCode::Units { inch: true }),
-            (210, GCode::Units { inch: false }),
-            (280, GCode::Reference(1)),
-            (300, GCode::Reference(2)),
-            (400, GCode::Harmless(0)),
-            (430, GCode::LengthOn { tcp: false }),
-            (490, GCode::LengthOff { tcp: false }),
-            (530, GCode::MachineFrame),
-            (800, GCode::Harmless(0)),
-            (900, GCode::Distance { incremental: false }),
-            (910, GCode::Distance { incremental: true }),
-            (930, GCode::Feed(FeedUnit::InverseTime)),
-            (940, GCode::Feed(FeedUnit::PerMinute)),
-            (950, GCode::Feed(FeedUnit::PerRevolution)),
-            (970, GCode::Harmless(0)),
-            (980, GCode::Harmless(0)),
-            (990, GCode::Harmless(0)),
-        ];
-        for (code, meaning) in g {
-            self.set_g(&[code], meaning);
-        }
-        for code in [540, 550, 560, 570, 580, 590] {
-            self.set_g(&[code], GCode::WorkOffset(code));
-        }
-        self.set_g(&[410, 420, 810, 820, 830, 840, 850, 860, 870, 880, 890, 520, 920, 100, 730], GCode::Unsupported);
-        self.set_m(&[0, 1], MCode::Stop);
-        self.set_m(&[2, 30], MCode::End);
-        self.set_m(&[3], MCode::Spindle(SpindleTurn::Clockwise));
-        self.set_m(&[4], MCode::Spindle(SpindleTurn::Counterclockwise));
-        self.set_m(&[5], MCode::Spindle(SpindleTurn::Off));
-        self.set_m(&[6], MCode::ToolChange);
-        self.set_m(&[7, 8, 9], MCode::Harmless(0));
-        self.set_m(&[98, 99], MCode::Unsupported);
-    }
-
     /// Meaning of a G word's number.
     pub(super) fn g_code(&self, value: f64) -> GCode {
         let tenths = value * 10.0;
@@ -230,4 +219,14 @@ impl Rules {
         }
         self.m.get(value as usize).copied().unwrap_or_default()
     }
+
+    /// Meaning of a word of the language, by its index.
+    pub(super) fn keyword(&self, index: f64) -> GCode {
+        self.keywords.get(index as usize).map_or(GCode::Unknown, |(_, meaning)| *meaning)
+    }
+}
+
+/// Index of a word in a table of a language's words, whatever its case.
+fn keyword_index(table: &[(&str, GCode)], name: &[u8]) -> Option<usize> {
+    table.iter().position(|(known, _)| known.as_bytes().eq_ignore_ascii_case(name))
 }
