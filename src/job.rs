@@ -5,6 +5,7 @@
 mod limits;
 mod raw;
 mod tool;
+mod tool_file;
 
 use crate::diagnostic::{Diagnostic, TomlText};
 use crate::geometry::{RigidMotion, Vector};
@@ -12,8 +13,9 @@ use crate::machine::Dialect;
 use crate::motion::FeedReference;
 use crate::part::{ReadOptions, Units};
 use crate::plan::{Method, Strategy, StrategyKind, TipSide};
-use crate::tool::Tool;
 use limits::Checks;
+pub use tool::ToolSpec;
+pub use tool_file::{fact_lines, read_tool, write_tool};
 
 /// A checked job.
 #[derive(Clone, Debug)]
@@ -22,8 +24,8 @@ pub struct Job {
     pub name: String,
     /// What to mill.
     pub part: PartSpec,
-    /// The tool.
-    pub tool: Tool,
+    /// The tool, or what it may be.
+    pub tool: ToolSpec,
     /// How to plan.
     pub strategy: Strategy,
     /// On which machine.
@@ -101,7 +103,7 @@ impl Job {
         let text = TomlText::new(file, text);
         let raw: raw::Job = text.parse().map_err(|e| vec![*e])?;
         let mut checks = Checks::new(&text);
-        checks.header(&raw.format, raw.version);
+        checks.header((&raw.format, raw.version), ("regulus-job", "a job file"));
         let name = checks.name("name", raw.name);
         let part = part(&mut checks, raw.part);
         let tool = tool::build(&mut checks, raw.tool);

@@ -10,6 +10,7 @@ mod post;
 mod run;
 mod summary;
 mod terminal;
+mod tools;
 mod verify;
 mod watch;
 

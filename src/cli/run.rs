@@ -2,6 +2,7 @@
 
 use super::files::Outputs;
 use super::inputs::job_inputs;
+use super::tools::tool_files;
 use super::{Outcome, Refusal, Terminal, summary, watch};
 use crate::motion::cl;
 use crate::pipeline::{self, InputFile, to_json};
@@ -12,14 +13,19 @@ use std::path::PathBuf;
 pub(super) struct Arguments {
     /// The job file
     job: PathBuf,
-    /// Write path.cl, the program, verify.json and report.html here
+    /// Write path.cl, the program, verify.json, report.html and a found tool's files here
     #[arg(long, value_name = "DIR", default_value = "out")]
     out: PathBuf,
 }
 
 pub(super) fn run(arguments: &Arguments, terminal: &mut Terminal) -> Result<Outcome, Refusal> {
-    let inputs = job_inputs(&arguments.job, None, terminal)?;
+    let mut inputs = job_inputs(&arguments.job, None, terminal)?;
     let plan = watch::plan(&inputs, terminal)?;
+    let mut outputs = Outputs::default();
+    if let Some(found) = &plan.found {
+        tool_files(&mut outputs, &inputs, found, &arguments.out.join("tool"));
+        inputs = inputs.with_tool(found.tool.clone());
+    }
     terminal.progress("posting");
     let posted = pipeline::post_job(&inputs, &plan.path)?;
     let program = format!("program.{}", posted.extension);
@@ -29,7 +35,6 @@ pub(super) fn run(arguments: &Arguments, terminal: &mut Terminal) -> Result<Outc
     terminal.progress("reporting");
     let page = pipeline::page(&inputs, &judged, &posted.text)?;
     let record = &judged.verified.record;
-    let mut outputs = Outputs::default();
     outputs.add(arguments.out.join("path.cl"), cl::write(&plan.path)?);
     outputs.add(arguments.out.join(&program), posted.text.as_str());
     outputs.add(arguments.out.join("verify.json"), to_json(record)?);

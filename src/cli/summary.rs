@@ -1,7 +1,9 @@
 //! Results in a few lines for people.
 
+use crate::job::fact_lines;
 use crate::pipeline::Posted;
 use crate::plan::Plan;
+use crate::plan::meridian::FoundTool;
 use crate::verify::{Verdict, Verification};
 use std::fmt::Write;
 
@@ -22,8 +24,35 @@ pub(super) fn of_plan(plan: &Plan) -> String {
     if plan.interrupted {
         text.push_str("  interrupted: this is the best found so far\n");
     }
+    if let Some(found) = &plan.found {
+        text += &of_tool(found);
+    }
     if plan.surface_fit_error > 0.0 {
         let _ = writeln!(text, "  planned on a spline that lies within {:.5} mm of the part", plan.surface_fit_error);
+    }
+    text
+}
+
+/// A found tool: what it leaves, and what its maker needs to know.
+fn of_tool(found: &FoundTool) -> String {
+    let mut text = String::from("tool        found, see its files\n");
+    for line in fact_lines(&found.tool) {
+        let _ = writeln!(text, "  {line}");
+    }
+    for (i, sweep) in found.sweeps.iter().enumerate() {
+        let _ = writeln!(
+            text,
+            "  sweep {i:<3} covers {:.2} % of its band, {:.2} % within tolerance, root mean square error {:.6} mm",
+            sweep.covered * 100.0,
+            sweep.within * 100.0,
+            sweep.rms
+        );
+        if let Some([(low, high), (start, end)]) = sweep.patch.filter(|_| sweep.within < 1.0) {
+            let _ = writeln!(
+                text,
+                "  largest rectangle within tolerance: {low:.3} to {high:.3} across, {start:.3} to {end:.3} along the cut"
+            );
+        }
     }
     text
 }

@@ -1,8 +1,9 @@
 //! `regulus verify`: what any program leaves of a job's part.
 
-use super::files::{Outputs, read_bytes};
+use super::files::{Outputs, read_bytes, read_text};
 use super::inputs::job_inputs;
 use super::{Outcome, Refusal, Terminal, summary};
+use crate::job::read_tool;
 use crate::pipeline::{InputFile, judge, to_json};
 use clap::Args;
 use std::path::PathBuf;
@@ -17,6 +18,9 @@ pub(super) struct Arguments {
     /// The job: part, tool, tolerance and work offset
     #[arg(long, value_name = "JOB.toml")]
     job: PathBuf,
+    /// The tool, from a file as `run` writes it, in place of the job's; needed where the planner found the job's tool
+    #[arg(long, value_name = "T.toml")]
+    tool: Option<PathBuf>,
     /// Write the figures here
     #[arg(long, value_name = "V.json")]
     json: Option<PathBuf>,
@@ -27,7 +31,10 @@ pub(super) struct Arguments {
 
 pub(super) fn run(arguments: &Arguments, terminal: &mut Terminal) -> Result<Outcome, Refusal> {
     let bytes = read_bytes(&arguments.program)?;
-    let inputs = job_inputs(&arguments.job, Some(&arguments.machine), terminal)?;
+    let mut inputs = job_inputs(&arguments.job, Some(&arguments.machine), terminal)?;
+    if let Some(path) = &arguments.tool {
+        inputs = inputs.with_tool(read_tool(&read_text(path)?, &path.display().to_string())?);
+    }
     terminal.progress("verifying");
     let name = arguments.program.display().to_string();
     let judged = judge(&inputs, InputFile { name: &name, bytes: &bytes }, None, arguments.despite_unknown)?;

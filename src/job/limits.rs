@@ -14,6 +14,10 @@ pub(super) struct Limit {
 
 /// Any length of a tool, mm.
 pub(super) const LENGTH: Limit = Limit { low: 0.0, high: 10_000.0, low_allowed: true, unit: "mm" };
+/// A size that a tool may be wished to have, mm.
+pub(super) const SIZE: Limit = Limit { low: 0.0, high: 10_000.0, low_allowed: false, unit: "mm" };
+/// Coefficients of a free meridian: a cubic needs 4.
+pub(super) const COEFFICIENTS: Limit = Limit { low: 4.0, high: 64.0, low_allowed: true, unit: "coefficients" };
 /// A coordinate of a placement or offset, mm.
 pub(super) const COORDINATE: Limit = Limit { low: -100_000.0, high: 100_000.0, low_allowed: true, unit: "mm" };
 /// A rotation of the part, degrees.
@@ -124,17 +128,21 @@ impl<'a> Checks<'a> {
         None
     }
 
-    /// Format and version of the file.
-    pub(super) fn header(&mut self, format: &str, version: u32) {
-        if format != "regulus-job" {
+    /// Format and version of the file, against what this kind of file, in words, has to say.
+    pub(super) fn header(&mut self, (format, version): (&str, u32), (wanted, words): (&str, &str)) {
+        if format != wanted {
             self.refuse(
                 "format",
-                format!("format \"{format}\" is not that of a job file"),
-                "write format = \"regulus-job\"",
+                format!("format \"{format}\" is not that of {words}"),
+                format!("write format = \"{wanted}\""),
             );
         }
         if version != 1 {
-            self.refuse("version", format!("version {version} of the job format is not known"), "write version = 1");
+            self.refuse(
+                "version",
+                format!("version {version} of the {wanted} format is not known"),
+                "write version = 1",
+            );
         }
     }
 

@@ -70,7 +70,13 @@ pub(super) struct Tool {
     pub(super) diameter: Option<f64>,
     pub(super) ball_diameter: Option<f64>,
     pub(super) barrel_radius: Option<f64>,
-    pub(super) points: Option<Vec<[f64; 2]>>,
+    /// Height and radius, and the bulge of the piece that follows.
+    pub(super) points: Option<Vec<Vec<f64>>>,
+    pub(super) family: Option<MeridianFamily>,
+    pub(super) coefficients: Option<u32>,
+    pub(super) radius: Option<[f64; 2]>,
+    pub(super) length: Option<[f64; 2]>,
+    pub(super) weights: Option<MeridianWeights>,
     pub(super) shank_diameter: Option<f64>,
     pub(super) gauge_length: f64,
     #[serde(default)]
@@ -87,6 +93,26 @@ pub(super) enum ToolKind {
     TaperedBall,
     Barrel,
     Meridian,
+    Optimize,
+}
+
+#[derive(Clone, Copy, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum MeridianFamily {
+    #[default]
+    Free,
+    Cone,
+    Cylinder,
+    Barrel,
+}
+
+#[derive(Clone, Copy, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct MeridianWeights {
+    pub(super) accuracy: Option<f64>,
+    pub(super) rigidity: Option<f64>,
+    pub(super) fairness: Option<f64>,
+    pub(super) proximity: Option<f64>,
 }
 
 #[derive(Clone, Copy, Deserialize)]

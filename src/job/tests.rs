@@ -58,7 +58,7 @@ fn good_job_is_read() {
     assert_eq!(job.name, "blade");
     assert_eq!(job.part.file, "blade.json");
     assert_eq!((job.part.overcut_tolerance, job.part.undercut_tolerance), (0.005, 0.020));
-    assert_eq!(job.tool.flute_length(), 40.0);
+    assert_eq!(job.tool.given().unwrap().flute_length(), 40.0);
     assert_eq!(job.strategy.kind, StrategyKind::MultiStrip);
     assert_eq!(job.strategy.direction, Some(Vector::x()));
     assert_eq!(job.strategy.fairness, 1.0);
@@ -98,7 +98,7 @@ fn every_kind_of_tool_can_be_asked_for() {
         ("kind = \"meridian\"\npoints = [[0, 1], [10, 2], [30, 2.5]]", "meridian"),
     ] {
         let job = Job::read(&with_tool(keys), "job.toml").unwrap_or_else(|e| panic!("{keys}: {e:?}"));
-        assert_eq!((job.tool.kind.as_str(), job.tool.number), (kind, 7), "{keys}");
+        assert_eq!((job.tool.given().unwrap().kind.as_str(), job.tool.number()), (kind, 7), "{keys}");
     }
 }
 

@@ -1,9 +1,37 @@
-//! From the keys of `[tool]` to a tool.
+//! From the keys of `[tool]` to a tool, or to the wish for one.
 
-use super::limits::{Checks, LENGTH, TOOL_NUMBER};
+use super::limits::{COEFFICIENTS, Checks, LENGTH, SIZE, TOOL_NUMBER, WEIGHT};
 use super::raw::{self, ToolKind};
 use crate::geometry::Degrees;
-use crate::tool::{CutterShape, Fixture, MeridianPoint, Tool};
+use crate::plan::meridian::{MeridianFamily, MeridianWeights, ToolWish};
+use crate::tool::{CutterShape, Fixture, MeridianPoint, ProfilePoint, Tool};
+
+/// The tool of a job.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ToolSpec {
+    /// Its sizes are given.
+    Given(Box<Tool>),
+    /// The planner is to find it.
+    Wanted(Box<ToolWish>),
+}
+
+impl ToolSpec {
+    /// Number in the control's tool table.
+    pub fn number(&self) -> u32 {
+        match self {
+            Self::Given(tool) => tool.number,
+            Self::Wanted(wish) => wish.number,
+        }
+    }
+
+    /// The tool, where its sizes are given.
+    pub fn given(&self) -> Option<&Tool> {
+        match self {
+            Self::Given(tool) => Some(tool),
+            Self::Wanted(_) => None,
+        }
+    }
+}
 
 /// Keys that every kind has.
 const COMMON: [&str; 5] = ["number", "kind", "shank_diameter", "gauge_length", "holder"];
@@ -18,6 +46,7 @@ impl ToolKind {
             Self::TaperedBall => "tapered-ball",
             Self::Barrel => "barrel",
             Self::Meridian => "meridian",
+            Self::Optimize => "optimize",
         }
     }
 
@@ -30,12 +59,13 @@ impl ToolKind {
             Self::TaperedBall => &["ball_diameter", "half_angle_deg", "flute_length"],
             Self::Barrel => &["diameter", "barrel_radius", "half_angle_deg", "corner_radius", "flute_length"],
             Self::Meridian => &["points"],
+            Self::Optimize => &["family", "coefficients", "radius", "length", "weights"],
         }
     }
 }
 
 /// Checks the keys and joins them to a tool; `None` after a finding.
-pub(super) fn build(checks: &mut Checks<'_>, raw: raw::Tool) -> Option<Tool> {
+pub(super) fn build(checks: &mut Checks<'_>, raw: raw::Tool) -> Option<ToolSpec> {
     checks.within("tool.number", f64::from(raw.number), &TOOL_NUMBER);
     refuse_foreign_keys(checks, &raw);
     for (key, value) in [
@@ -52,29 +82,103 @@ pub(super) fn build(checks: &mut Checks<'_>, raw: raw::Tool) -> Option<Tool> {
             checks.within(&format!("tool.{key}"), value, &LENGTH);
         }
     }
-    for (key, list) in [("points", raw.points.as_deref().unwrap_or_default()), ("holder", &raw.holder)] {
-        for (i, point) in list.iter().enumerate() {
-            checks.all_within(&format!("tool.{key}[{i}]"), point, &LENGTH);
-        }
+    for (i, point) in raw.holder.iter().enumerate() {
+        checks.all_within(&format!("tool.holder[{i}]"), point, &LENGTH);
+    }
+    if let ToolKind::Optimize = raw.kind {
+        let wish = wish(checks, &raw);
+        return (!checks.found_under("tool")).then(|| ToolSpec::Wanted(Box::new(wish)));
     }
     let shape = shape(checks, &raw)?;
     // A size that is out of range by itself would be blamed a second time for not fitting the others.
     if checks.found_under("tool") {
         return None;
     }
-    let fixture = Fixture {
-        shank_diameter: raw.shank_diameter,
-        gauge_length: raw.gauge_length,
-        holder: raw.holder.iter().map(meridian_point).collect(),
-    };
-    match Tool::new(raw.number, &shape, &fixture) {
-        Ok(tool) => Some(tool),
+    match Tool::new(raw.number, &shape, &fixture(&raw)) {
+        Ok(tool) => Some(ToolSpec::Given(Box::new(tool))),
         Err(error) => {
             let key = format!("tool.{}", error.key);
             checks.refuse(&key, error.to_string(), remedy(error.key));
             None
         }
     }
+}
+
+fn fixture(raw: &raw::Tool) -> Fixture {
+    Fixture {
+        shank_diameter: raw.shank_diameter,
+        gauge_length: raw.gauge_length,
+        holder: raw.holder.iter().map(meridian_point).collect(),
+    }
+}
+
+/// What a tool that the planner is to find may be.
+fn wish(checks: &mut Checks<'_>, raw: &raw::Tool) -> ToolWish {
+    let mut range = |key: &str, value: Option<[f64; 2]>, all: (f64, f64)| {
+        let Some([low, high]) = value else { return all };
+        checks.all_within(&format!("tool.{key}"), &[low, high], &SIZE);
+        if low > high {
+            checks.refuse(
+                &format!("tool.{key}"),
+                format!("the least {key}, {low} mm, is larger than the largest, {high} mm"),
+                format!("write {key} = [least, largest]"),
+            );
+        }
+        (low, high)
+    };
+    let radius = range("radius", raw.radius, (0.1, 1e3));
+    let length = range("length", raw.length, (0.0, raw.gauge_length));
+    if let Some(coefficients) = raw.coefficients {
+        checks.within("tool.coefficients", f64::from(coefficients), &COEFFICIENTS);
+    }
+    let default = MeridianWeights::default();
+    let given = raw.weights.unwrap_or_default();
+    let mut weight = |key: &str, value: Option<f64>, default: f64| {
+        let value = value.unwrap_or(default);
+        checks.within(&format!("tool.weights.{key}"), value, &WEIGHT);
+        value
+    };
+    ToolWish {
+        number: raw.number,
+        family: match raw.family.unwrap_or_default() {
+            raw::MeridianFamily::Free => MeridianFamily::Free,
+            raw::MeridianFamily::Cone => MeridianFamily::Cone,
+            raw::MeridianFamily::Cylinder => MeridianFamily::Cylinder,
+            raw::MeridianFamily::Barrel => MeridianFamily::Barrel,
+        },
+        coefficients: raw.coefficients.map(|count| count as usize),
+        radius,
+        length,
+        weights: MeridianWeights {
+            accuracy: weight("accuracy", given.accuracy, default.accuracy),
+            rigidity: weight("rigidity", given.rigidity, default.rigidity),
+            fairness: weight("fairness", given.fairness, default.fairness),
+            proximity: weight("proximity", given.proximity, default.proximity),
+        },
+        fixture: fixture(raw),
+    }
+}
+
+/// Points of a meridian: [height, radius], or [height, radius, bulge] where an arc follows.
+fn profile_points(checks: &mut Checks<'_>, points: &[Vec<f64>]) -> Vec<ProfilePoint> {
+    let mut profile = Vec::with_capacity(points.len());
+    for (i, point) in points.iter().enumerate() {
+        let key = format!("tool.points[{i}]");
+        let (height, radius, bulge) = match *point.as_slice() {
+            [height, radius] => (height, radius, 0.0),
+            [height, radius, bulge] => (height, radius, bulge),
+            _ => {
+                checks.refuse(&key, format!("a point of {} numbers", point.len()), remedy("points"));
+                continue;
+            }
+        };
+        checks.all_within(&key, &[height, radius], &LENGTH);
+        if !(-1.0..=1.0).contains(&bulge) {
+            checks.refuse(&key, format!("a bulge of {bulge} is more than a half circle"), remedy("points"));
+        }
+        profile.push(ProfilePoint { point: MeridianPoint { height, radius }, bulge });
+    }
+    profile
 }
 
 fn meridian_point(&[height, radius]: &[f64; 2]) -> MeridianPoint {
@@ -85,7 +189,10 @@ fn remedy(key: &str) -> &'static str {
     match key {
         "gauge_length" => "write the distance from the tip to the gauge line, at least the flute length",
         "holder" => "write [[height from tip, radius], …] in mm, heights increasing, the first above the flutes",
-        "points" => "write [[height from tip, radius], …] in mm, the first height 0, heights increasing",
+        "points" => {
+            "write [[height from tip, radius], …] in mm, the first height 0, heights increasing; a third number, the \
+             tangent of a quarter of its angle, makes the piece that follows an arc"
+        }
         "half_angle_deg" => "write the angle between axis and flank in degrees, such as 4.0",
         "spheres" | "spheres.r1" | "spheres.r2" | "spheres.length" => {
             "write radii of the two end spheres and the distance of their centres, larger than the radii differ"
@@ -178,10 +285,12 @@ fn shape(checks: &mut Checks<'_>, raw: &raw::Tool) -> Option<CutterShape> {
             })
         }
         ToolKind::Meridian => {
-            if raw.points.is_none() {
+            let Some(points) = &raw.points else {
                 checks.refuse("tool", "a tool of kind \"meridian\" needs `points`", remedy("points"));
-            }
-            Some(CutterShape::Meridian { points: raw.points.as_ref()?.iter().map(meridian_point).collect() })
+                return None;
+            };
+            Some(CutterShape::Meridian { points: profile_points(checks, points) })
         }
+        ToolKind::Optimize => None,
     }
 }

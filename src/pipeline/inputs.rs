@@ -4,6 +4,7 @@ use crate::diagnostic::{Diagnostic, Result};
 use crate::job::{Job, MachineSpec};
 use crate::machine::{DialectOptions, Machine, WorkOffset};
 use crate::part::{DesignSurface, Part, ReadOptions, read, require_closed};
+use crate::tool::Tool;
 use sha2::{Digest, Sha256};
 
 /// Hexadecimal digits of an input hash: enough to tell the inputs of any two programs apart.
@@ -29,6 +30,8 @@ pub struct Inputs {
     pub machine: Machine,
     /// Hash of everything that went in, see [`hash`].
     pub hash: String,
+    /// The tool, once it is known.
+    tool: Option<Tool>,
 }
 
 /// The files of a job's part.
@@ -77,10 +80,28 @@ impl Inputs {
             (Some(surface), Ok(machine)) if findings.is_empty() => {
                 faces_out_of_bodies(&job, &surface, body.iter().chain(&check)).map_err(|e| vec![*e])?;
                 let part = Part { name: job.name.clone(), surface, body, check };
-                Ok(Self { job, part, machine, hash })
+                let tool = job.tool.given().cloned();
+                Ok(Self { job, part, machine, hash, tool })
             }
             _ => Err(findings),
         }
+    }
+}
+
+impl Inputs {
+    /// The tool; a complaint where the job leaves it to the planner and nobody has said yet which it became.
+    pub fn tool(&self) -> Result<&Tool> {
+        self.tool.as_ref().ok_or_else(|| {
+            self.job
+                .blame("tool.kind", "which tool this job is milled with is found by planning")
+                .help("give its file, tool.toml, which `regulus run` wrote beside the program: --tool FILE")
+        })
+    }
+
+    /// Settles which tool the job is milled with.
+    #[must_use]
+    pub fn with_tool(self, tool: Tool) -> Self {
+        Self { tool: Some(tool), ..self }
     }
 }
 

@@ -9,6 +9,7 @@ use crate::report::{
     self, AxisTrack, Figure, Finding, Mesh, PartView, ReportData, Ruling, Timeline, ToolSample, tool_outline,
 };
 use crate::simulate::{LimitKind, Segment, ToolMotion};
+use crate::tool::Tool;
 use crate::verify::{Verdict, Verified};
 
 /// Samples of the motion and lines of the tool axis that a page carries at most: enough for a smooth picture, small
@@ -20,22 +21,22 @@ const SURROUNDING_STEPS: f64 = 60.0;
 
 /// The report page of a judged program.
 pub fn page(inputs: &Inputs, judged: &Judged, program: &str) -> Result<String> {
-    let data = data(inputs, judged, program);
+    let data = data(inputs, inputs.tool()?, judged, program);
     report::html(&data).map_err(|e| Diagnostic::error(format!("the report cannot be drawn: {e}")))
 }
 
-fn data(inputs: &Inputs, judged: &Judged, program: &str) -> ReportData {
+fn data(inputs: &Inputs, tool: &Tool, judged: &Judged, program: &str) -> ReportData {
     let Judged { motion, verified } = judged;
     let record = &verified.record;
     ReportData {
         name: inputs.job.name.clone(),
         verdict: report::Verdict { pass: record.verdict == Verdict::Pass, reasons: record.reasons.clone() },
-        facts: facts(inputs),
+        facts: facts(inputs, tool),
         input_hash: inputs.hash.clone(),
         part: Some(part_view(verified)),
         surroundings: inputs.part.check.iter().map(surrounding).collect(),
-        rulings: rulings(inputs, motion, verified),
-        tool: tool_outline(&inputs.job.tool),
+        rulings: rulings(tool, motion, verified),
+        tool: tool_outline(tool),
         timeline: timeline(motion),
         figures: figures(verified),
         findings: findings(motion, verified),
@@ -43,11 +44,11 @@ fn data(inputs: &Inputs, judged: &Judged, program: &str) -> ReportData {
     }
 }
 
-fn facts(inputs: &Inputs) -> Vec<(String, String)> {
+fn facts(inputs: &Inputs, tool: &Tool) -> Vec<(String, String)> {
     let job = &inputs.job;
     let control = &inputs.machine.control;
     let tcp = if control.tcp { "TCP on" } else { "TCP off" };
-    let summary = crate::motion::ToolSummary::of(&job.tool);
+    let summary = crate::motion::ToolSummary::of(tool);
     [
         ("Part", job.part.file.clone()),
         ("Tool", format!("T{} {}", summary.number, summary.description)),
@@ -85,7 +86,7 @@ fn surrounding(surface: &DesignSurface) -> Mesh {
 }
 
 /// The tool axis along the flutes at block ends, from the first to the last block of each run that cuts the part.
-fn rulings(inputs: &Inputs, motion: &ToolMotion, verified: &Verified) -> Vec<Ruling> {
+fn rulings(tool: &Tool, motion: &ToolMotion, verified: &Verified) -> Vec<Ruling> {
     let mut cutting: std::collections::BTreeMap<u32, (usize, usize)> = std::collections::BTreeMap::new();
     for touch in verified.part.samples.iter().filter_map(|s| s.touch) {
         let block = touch.when.block;
@@ -96,7 +97,7 @@ fn rulings(inputs: &Inputs, motion: &ToolMotion, verified: &Verified) -> Vec<Rul
     }
     let blocks: Vec<(u32, usize)> =
         cutting.iter().flat_map(|(run, (first, last))| (*first..=*last).map(|block| (*run, block))).collect();
-    let flute = inputs.job.tool.flute_length();
+    let flute = tool.flute_length();
     let rulings = every(&blocks, MOST_RULINGS).filter_map(|&(strip, block)| {
         let pose = motion.pose(motion.segments().get(block)?, 1.0);
         Some(Ruling { strip, from: pose.tip, to: pose.at_height(flute) })

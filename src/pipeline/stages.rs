@@ -3,11 +3,14 @@
 use super::{InputFile, Inputs};
 use crate::diagnostic::{Diagnostic, Result, Severity};
 use crate::feed::durations;
+use crate::job::ToolSpec;
 use crate::machine::{LinearizeOptions, Machine, Setup, linearize};
 use crate::motion::ToolPath;
 use crate::nc::{self, Rules, WriteRequest, write};
+use crate::plan::meridian::{ToolRequest, ToolWish, find_tool, plan_found};
 use crate::plan::{self, Observer, Plan, PlanRequest};
 use crate::simulate::{ToolMotion, simulate};
+use crate::tool::Tool;
 use crate::verify::{Settings, Subject, ToleranceRecord, Verified, verify};
 
 /// How a program is to be written.
@@ -51,18 +54,40 @@ pub struct Judged {
     pub verified: Verified,
 }
 
-/// Plans the tool path of a job.
+/// Plans the tool path of a job, and finds the tool where the job leaves that open: then the plan holds it.
 pub fn plan(inputs: &Inputs) -> Result<Plan> {
     plan_observed(inputs, &plan::Unobserved)
 }
 
 /// Plans the tool path of a job under the eyes of an observer, who may end it with the best found so far.
 pub fn plan_observed(inputs: &Inputs, observer: &dyn Observer) -> Result<Plan> {
+    let planned = match &inputs.job.tool {
+        ToolSpec::Given(tool) => plan::plan(&plan_request(inputs, tool, observer)),
+        ToolSpec::Wanted(wish) => plan_unknown_tool(inputs, wish, observer),
+    };
+    planned.map_err(|e| if e.place.is_some() { e } else { e.in_file(inputs.job.file()) })
+}
+
+fn plan_unknown_tool(inputs: &Inputs, wish: &ToolWish, observer: &dyn Observer) -> Result<Plan> {
     let job = &inputs.job;
-    plan::plan(&PlanRequest {
+    let found = find_tool(&ToolRequest {
+        part: &inputs.part,
+        wish,
+        strategy: &job.strategy,
+        tolerance: job.part.overcut_tolerance.min(job.part.undercut_tolerance),
+        observer,
+    })?;
+    let mut plan = plan_found(&plan_request(inputs, &found.tool, observer), &found)?;
+    plan.found = Some(Box::new(found));
+    Ok(plan)
+}
+
+fn plan_request<'a>(inputs: &'a Inputs, tool: &'a Tool, observer: &'a dyn Observer) -> PlanRequest<'a> {
+    let job = &inputs.job;
+    PlanRequest {
         name: &job.name,
         part: &inputs.part,
-        tool: &job.tool,
+        tool,
         strategy: &job.strategy,
         overcut_tolerance: job.part.overcut_tolerance,
         undercut_tolerance: job.part.undercut_tolerance,
@@ -71,8 +96,7 @@ pub fn plan_observed(inputs: &Inputs, observer: &dyn Observer) -> Result<Plan> {
         spindle_rpm: job.feed.spindle_rpm,
         linearization: job.output.linearization,
         observer,
-    })
-    .map_err(|e| if e.place.is_some() { e } else { e.in_file(job.file()) })
+    }
 }
 
 /// Writes the program of a tool path.
@@ -117,16 +141,16 @@ pub fn judge(
 ) -> Result<Judged, Vec<Diagnostic>> {
     let job = &inputs.job;
     let refuse = |e: Box<Diagnostic>| vec![*e];
-    let gauge_length = job.tool.gauge_length();
-    let setup = Setup::new(&inputs.machine, &job.machine.work_offset, gauge_length).map_err(refuse)?;
+    let tool = inputs.tool().map_err(refuse)?;
+    let setup = Setup::new(&inputs.machine, &job.machine.work_offset, tool.gauge_length()).map_err(refuse)?;
     let read = nc::read(program.bytes, &Rules::of(&inputs.machine));
-    let motion = simulate(&read, &setup, Some(job.tool.number));
+    let motion = simulate(&read, &setup, Some(tool.number));
     if motion.findings().any_error() && !despite_unknown_text {
         return Err(doubts(&motion, program));
     }
     let subject = Subject {
         motion: &motion,
-        tool: &job.tool,
+        tool,
         part: &inputs.part,
         tolerance: ToleranceRecord { overcut: job.part.overcut_tolerance, undercut: job.part.undercut_tolerance },
         path,

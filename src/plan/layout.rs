@@ -47,7 +47,7 @@ pub(super) fn choose_layout(
     })
 }
 
-fn runs_along_u(spline: &OrientedSpline, direction: &Vector) -> bool {
+pub(super) fn runs_along_u(spline: &OrientedSpline, direction: &Vector) -> bool {
     let [(u0, u1), (v0, v1)] = spline.surface().domain();
     let mut score = 0.0;
     for i in 0..=4 {
@@ -60,7 +60,7 @@ fn runs_along_u(spline: &OrientedSpline, direction: &Vector) -> bool {
 }
 
 /// Fixes tip side and sense of the cut.
-fn orient(strategy: &Strategy, spline: &OrientedSpline, along_u: bool) -> Option<Layout> {
+pub(super) fn orient(strategy: &Strategy, spline: &OrientedSpline, along_u: bool) -> Option<Layout> {
     let mut layout = Layout { along_u, tip_high: false, backward: false };
     let middle = Chart::new(spline, layout).frame((0.5, 0.5))?;
     let axis = middle.across.normalize();

@@ -6,6 +6,7 @@ mod chart;
 mod fit;
 mod layout;
 mod link;
+pub mod meridian;
 mod observe;
 mod planner;
 mod start;
@@ -21,8 +22,8 @@ use crate::geometry::Vector;
 use crate::motion::{FeedReference, RuledMotion, ToolPath, ToolSummary};
 use crate::part::Part;
 use crate::tool::Tool;
+use meridian::FoundTool;
 use planner::Planner;
-use strip::FittedStrip;
 
 /// How many strips.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -149,6 +150,8 @@ pub struct Plan {
     pub surface_fit_error: f64,
     /// True when the observer ended it early: this is then the best found so far.
     pub interrupted: bool,
+    /// The tool, where it was not given but found.
+    pub found: Option<Box<FoundTool>>,
 }
 
 /// Plans the tool path of a part.
@@ -170,17 +173,16 @@ pub fn plan(request: &PlanRequest<'_>) -> Result<Plan> {
         undercut_tolerance: request.undercut_tolerance,
         passes,
     };
-    let strips = strips.iter().map(report).collect();
-    Ok(Plan { path, strips, surface_fit_error: form.fit_error, interrupted: request.observer.stopped() })
+    let strips = strips.iter().map(|s| report(&s.motion, s.deviation, s.steps)).collect();
+    Ok(Plan { path, strips, surface_fit_error: form.fit_error, interrupted: request.observer.stopped(), found: None })
 }
 
-fn report(strip: &FittedStrip) -> StripReport {
-    let (start, end) = strip.motion.domain();
+fn report(motion: &RuledMotion, deviation: Deviation, steps: usize) -> StripReport {
+    let (start, end) = motion.domain();
     let at = |i: usize| start + (end - start) * i as f64 / 200.0;
-    let middle = |t: f64| nalgebra::center(&strip.motion.lower.point(t), &strip.motion.upper.point(t));
+    let middle = |t: f64| nalgebra::center(&motion.lower.point(t), &motion.upper.point(t));
     let length = (0..200).map(|i| (middle(at(i + 1)) - middle(at(i))).norm()).sum();
-    let engagement = (0..=200)
-        .map(|i| (strip.motion.upper.point(at(i)) - strip.motion.lower.point(at(i))).norm())
-        .fold(0.0, f64::max);
-    StripReport { deviation: strip.deviation, length, engagement, steps: strip.steps }
+    let engagement =
+        (0..=200).map(|i| (motion.upper.point(at(i)) - motion.lower.point(at(i))).norm()).fold(0.0, f64::max);
+    StripReport { deviation, length, engagement, steps }
 }

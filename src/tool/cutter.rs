@@ -1,7 +1,8 @@
 //! The kinds of cutter a user can name, each turned into one meridian of lines and arcs.
 
 use super::ToolError;
-use super::meridian::{ArcSide, Element, MeridianPoint, at};
+use super::meridian::{ArcSide, Element, at};
+use super::profile::{self, ProfilePoint};
 use crate::geometry::{Degrees, Radians};
 use std::f64::consts::FRAC_PI_2;
 
@@ -60,10 +61,10 @@ pub enum CutterShape {
         /// Tip to end of flutes.
         flute_length: f64,
     },
-    /// Straight pieces between given points, closed by a flat bottom.
+    /// Straight pieces and arcs between given points, closed by a flat bottom.
     Meridian {
         /// Points from the tip upward, heights increasing, the first at height 0.
-        points: Vec<MeridianPoint>,
+        points: Vec<ProfilePoint>,
     },
 }
 
@@ -129,7 +130,7 @@ impl CutterShape {
                 *corner_radius,
                 positive("flute_length", *flute_length)?,
             ),
-            Self::Meridian { points } => polyline(points),
+            Self::Meridian { points } => profile::elements(points),
         }
     }
 }
@@ -243,33 +244,6 @@ fn barrel(
     Ok(elements)
 }
 
-fn polyline(points: &[MeridianPoint]) -> Result<Vec<Element>, ToolError> {
-    let bad = |message: String| Err(ToolError::new("points", message));
-    if points.len() < 2 {
-        return bad(format!("{} given; at least 2 are needed", points.len()));
-    }
-    for (i, p) in points.iter().enumerate() {
-        if !(p.height.is_finite() && p.radius.is_finite() && p.radius >= 0.0) {
-            return bad(format!(
-                "point {} is [{}, {}]; numbers must be finite and radii not negative",
-                i + 1,
-                p.height,
-                p.radius
-            ));
-        }
-        if i > 0 && p.height <= points[i - 1].height {
-            return bad(format!("point {} at height {} does not lie above the point before it", i + 1, p.height));
-        }
-    }
-    if points[0].height != 0.0 {
-        return bad(format!("the first height is {}; it must be 0, the tip", points[0].height));
-    }
-    let mut elements = vec![Element::Line { from: at(0.0, 0.0), to: points[0] }];
-    elements.extend(points.windows(2).map(|w| Element::Line { from: w[0], to: w[1] }));
-    elements.retain(|e| e.length() > 0.0);
-    Ok(elements)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -356,6 +330,9 @@ mod tests {
             "half_angle_deg"
         );
         assert_eq!(key(CutterShape::EndSpheres { r1: 1.0, r2: 5.0, length: 3.0 }), "spheres");
-        assert_eq!(key(CutterShape::Meridian { points: vec![at(0.0, 1.0)] }), "points");
+        assert_eq!(
+            key(CutterShape::Meridian { points: vec![ProfilePoint { point: at(0.0, 1.0), bulge: 0.0 }] }),
+            "points"
+        );
     }
 }

@@ -1,12 +1,15 @@
 //! A cutter as a surface of revolution: flutes, shank and holder. Uses `diagnostic` and `geometry`.
 
 pub mod cutter;
+pub mod export;
 pub mod meridian;
+pub mod profile;
 
 pub use cutter::CutterShape;
 pub use meridian::{Contact, Element, MeridianPoint};
+pub use profile::ProfilePoint;
 
-use meridian::at;
+use meridian::{ArcSide, at};
 
 /// Which part of a tool an element belongs to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -130,8 +133,10 @@ impl Tool {
             }
             let share = match element {
                 Element::Line { .. } => (height - low) / (high - low),
-                Element::Arc { centre, radius, from, to, .. } => {
+                Element::Arc { centre, radius, from, to, side } => {
                     let phi = ((centre.height - height) / radius).clamp(-1.0, 1.0).acos();
+                    // A hollow is the lower half of its circle.
+                    let phi = if *side == ArcSide::Convex { phi } else { std::f64::consts::TAU - phi };
                     (phi - from) / (to - from)
                 }
             };

@@ -90,7 +90,7 @@ impl Emitted {
         let (setup, job) = (self.setup(), &self.inputs.job);
         Rig {
             machine: setup.machine().name.clone(),
-            tool: job.tool.number,
+            tool: job.tool.number(),
             tool_length: setup.tool_length(),
             system: WORK_OFFSETS.iter().position(|name| *name == job.machine.work_offset).unwrap() + 1,
             offset: setup.work_offset(),
@@ -101,7 +101,7 @@ impl Emitted {
 
     /// What another motion of the tool leaves of the part.
     pub(crate) fn deviation_of(&self, motion: &ToolMotion) -> DeviationRecord {
-        let (tool, part) = (&self.inputs.job.tool, &self.inputs.part);
+        let (tool, part) = (self.inputs.tool().unwrap(), &self.inputs.part);
         let subject = Subject { motion, tool, part, tolerance: self.deviation.tolerance, path: None };
         verify(&subject, &Settings::default()).record.deviation
     }

@@ -3,7 +3,7 @@
 use crate::geometry::{Degrees, Direction, Point, Vector};
 use crate::motion::Pose;
 use crate::tool::meridian::at;
-use crate::tool::{CutterShape, Fixture, Tool};
+use crate::tool::{CutterShape, Fixture, ProfilePoint, Tool};
 use crate::verify::BlockMotion;
 use crate::verify::body::Body;
 use crate::verify::motion_tree::MotionTree;
@@ -108,7 +108,9 @@ pub(super) fn menagerie() -> Vec<Tool> {
         flute_length: 40.0,
     }));
     tools.push(tool(&CutterShape::Meridian {
-        points: vec![at(0.0, 3.0), at(10.0, 6.0), at(20.0, 4.0), at(30.0, 5.0), at(40.0, 9.0)],
+        points: [at(0.0, 3.0), at(10.0, 6.0), at(20.0, 4.0), at(30.0, 5.0), at(40.0, 9.0)]
+            .map(|point| ProfilePoint { point, bulge: 0.0 })
+            .to_vec(),
     }));
     tools
 }

@@ -1,0 +1,225 @@
+//! The tool as an unknown: a single sweep, or several, by a general surface of revolution whose meridian is found
+//! together with the motion (Bo 2016). Uses what its parent uses.
+//!
+//! The tool is a family of spheres along its axis, their radius a spline; the motion is rigid by construction. Fits are
+//! converged, and the terms that only guide them are taken back to nothing, so that an exact envelope is found as one.
+
+mod fit;
+mod judge;
+mod outliers;
+mod path;
+mod problem;
+mod radius;
+mod search;
+#[cfg(test)]
+mod tests;
+
+pub use problem::MeridianWeights;
+pub use radius::{FREE_COEFFICIENTS, MeridianFamily, RadiusFunction, RadiusJet};
+
+use super::chart::Chart;
+use super::layout::{orient, runs_along_u};
+use super::{Deviation, Observer, Plan, PlanRequest, Strategy, StrategyKind, StripReport};
+use crate::diagnostic::{Diagnostic, Result};
+use crate::motion::{RuledMotion, ToolPath, ToolSummary};
+use crate::part::Part;
+use crate::tool::profile::{CurvePoint, smooth_profile};
+use crate::tool::{CutterShape, Fixture, Tool};
+use problem::Band;
+use search::{Fitted, NotFound, Search, both_ways};
+
+/// What the unknown tool may be.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ToolWish {
+    /// Number in the control's tool table.
+    pub number: u32,
+    /// Which meridians are allowed.
+    pub family: MeridianFamily,
+    /// Coefficients of a free meridian; 10 and then more while they pay, when left out.
+    pub coefficients: Option<usize>,
+    /// Least and largest sphere radius, mm.
+    pub radius: (f64, f64),
+    /// Least and largest length between the outermost sphere centres, mm.
+    pub length: (f64, f64),
+    /// Weights of the terms at the start; what only guides the search is then taken back.
+    pub weights: MeridianWeights,
+    /// What is above the flutes.
+    pub fixture: Fixture,
+}
+
+/// Everything a search starts from.
+#[derive(Clone, Copy, Debug)]
+pub struct ToolRequest<'a> {
+    /// The part.
+    pub part: &'a Part,
+    /// What the tool may be.
+    pub wish: &'a ToolWish,
+    /// What is wanted of the sweeps.
+    pub strategy: &'a Strategy,
+    /// Error of either sign that is good enough, mm.
+    pub tolerance: f64,
+    /// Follows the search and may end it.
+    pub observer: &'a dyn Observer,
+}
+
+/// What one sweep came to.
+#[derive(Clone, Debug)]
+pub struct FoundSweep {
+    /// The tool's motion; its lower rail carries the centre of the lowest sphere.
+    pub motion: RuledMotion,
+    /// Largest errors of its envelope, mm.
+    pub deviation: Deviation,
+    /// Where the largest error is: share of the surface across the cut and along it.
+    pub worst_at: (f64, f64),
+    /// Root mean square error of its envelope, mm.
+    pub rms: f64,
+    /// Share of its band that the envelope covers.
+    pub covered: f64,
+    /// Share of its band that the envelope covers within the tolerance.
+    pub within: f64,
+    /// The largest rectangle of the surface's parameters within tolerance: across the cut, along it, each 0..1.
+    pub patch: Option<[(f64, f64); 2]>,
+}
+
+/// A tool that was found, with its sweeps.
+#[derive(Clone, Debug)]
+pub struct FoundTool {
+    /// The tool, its flank made of arcs within [`PROFILE_TOLERANCE`] of the found meridian.
+    pub tool: Tool,
+    /// The meridian as it was found.
+    pub radius: RadiusFunction,
+    /// Its sweeps, in order.
+    pub sweeps: Vec<FoundSweep>,
+    /// Steps of the optimizer.
+    pub steps: usize,
+    /// Distance between the planned-on spline and the part's surface, mm; 0 for spline parts.
+    pub surface_fit_error: f64,
+    layout: super::chart::Layout,
+}
+
+/// How far the arcs of a tool's flank may leave the found meridian, mm.
+pub const PROFILE_TOLERANCE: f64 = 1e-5;
+/// Most sweeps tried when their number is free.
+const MOST_SWEEPS: usize = 12;
+
+/// Finds a tool and its sweeps for a part.
+pub fn find_tool(request: &ToolRequest<'_>) -> Result<FoundTool> {
+    let form = request.part.surface.spline()?;
+    let strategy = request.strategy;
+    let only = strategy.direction.map(|direction| runs_along_u(&form.spline, &direction));
+    let layouts = both_ways(|along_u| orient(strategy, &form.spline, along_u), only);
+    let charts: Vec<Chart<'_>> = layouts.iter().map(|layout| Chart::new(&form.spline, *layout)).collect();
+    let search = Search { wish: request.wish, limit: request.tolerance, observer: request.observer };
+    let mut best: Option<(usize, Fitted)> = None;
+    let mut refused = NotFound::NoFit;
+    let counts = match (strategy.kind, strategy.strips) {
+        (StrategyKind::SingleSweep, _) => 1..=1,
+        (StrategyKind::MultiStrip, Some(count)) => count..=count,
+        (StrategyKind::MultiStrip, None) => 1..=MOST_SWEEPS,
+    };
+    for count in counts {
+        match search.run(&charts, &equal_bands(count)) {
+            Ok(found) => {
+                let enough = found.1.worst() <= request.tolerance;
+                if best.as_ref().is_none_or(|known| found.1.worst() < known.1.worst()) {
+                    best = Some(found);
+                }
+                if enough || request.observer.stopped() {
+                    break;
+                }
+            }
+            Err(reason) => refused = reason,
+        }
+    }
+    let (index, fitted) = best.ok_or_else(|| refusal(&refused, request.wish))?;
+    found(request.wish, layouts[index], fitted, (request.tolerance, form.fit_error))
+}
+
+fn equal_bands(count: usize) -> Vec<Band> {
+    let at = |i: usize| i as f64 / count as f64;
+    (0..count).map(|i| Band { low: at(i), high: at(i + 1), ..Band::WHOLE }).collect()
+}
+
+fn refusal(reason: &NotFound, wish: &ToolWish) -> Box<Diagnostic> {
+    match reason {
+        NotFound::TooShort(needed) => Diagnostic::error(format!(
+            "no flank of at most {} mm covers the part: at least {needed:.3} mm are needed",
+            wish.length.1
+        ))
+        .help("allow a longer [tool] length, or more sweeps: [strategy] kind = \"multi-strip\""),
+        NotFound::NoFit => {
+            Diagnostic::error("no tool was found that is a proper surface of revolution and covers the part")
+                .help("allow a wider [tool] radius, another family, or give [strategy] direction")
+        }
+    }
+}
+
+fn found(
+    wish: &ToolWish,
+    layout: super::chart::Layout,
+    fitted: Fitted,
+    (tolerance, surface_fit_error): (f64, f64),
+) -> Result<FoundTool> {
+    let tool = tool_of(wish, &fitted.radius)?;
+    let sweeps = fitted.motions.into_iter().zip(&fitted.bands).zip(&fitted.judged).map(|((motion, band), judged)| {
+        let patch = judged.largest_patch(band, tolerance);
+        FoundSweep {
+            motion,
+            deviation: Deviation {
+                overcut: judged.overcut,
+                undercut: judged.undercut,
+                outside: 0.0,
+                samples: judged.samples,
+            },
+            worst_at: judged.worst_at,
+            rms: judged.rms,
+            covered: judged.covered(),
+            within: judged.share_within(tolerance),
+            patch: patch.map(|patch| [(patch.low, patch.high), (patch.start, patch.end)]),
+        }
+    });
+    let sweeps = sweeps.collect();
+    Ok(FoundTool { tool, radius: fitted.radius, sweeps, steps: fitted.steps, surface_fit_error, layout })
+}
+
+/// The found sphere family as a tool: arcs along its meridian, flat bottom, shank and holder as wished.
+fn tool_of(wish: &ToolWish, radius: &RadiusFunction) -> Result<Tool> {
+    let curve = |share: f64| {
+        let s = share * radius.length();
+        let contact = radius.jet(s).contact(s);
+        CurvePoint { point: contact.point, tangent: (contact.normal_radial, -contact.normal_axial) }
+    };
+    let points = smooth_profile(curve, PROFILE_TOLERANCE).ok_or_else(|| {
+        Diagnostic::error("the found meridian runs back toward the tip").help("allow a narrower [tool] radius")
+    })?;
+    let tool = Tool::new(wish.number, &CutterShape::Meridian { points }, &wish.fixture);
+    tool.map_err(|e| Diagnostic::error(format!("the found tool: {e}")).help("change this key of [tool]"))
+}
+
+/// The tool path of a found tool; `request.tool` is that tool.
+pub fn plan_found(request: &PlanRequest<'_>, found: &FoundTool) -> Result<Plan> {
+    let form = request.part.surface.spline()?;
+    let chart = Chart::new(&form.spline, found.layout);
+    let motions: Vec<RuledMotion> = found.sweeps.iter().map(|sweep| sweep.motion.clone()).collect();
+    let passes = path::passes(request, &chart, &motions)?;
+    let path = ToolPath {
+        name: request.name.to_owned(),
+        tool: ToolSummary::of(request.tool),
+        cut_feed: request.cut_feed,
+        feed_reference: request.feed_reference,
+        spindle_rpm: request.spindle_rpm,
+        linearization: request.linearization,
+        overcut_tolerance: request.overcut_tolerance,
+        undercut_tolerance: request.undercut_tolerance,
+        passes,
+    };
+    let strips: Vec<StripReport> =
+        found.sweeps.iter().map(|sweep| super::report(&sweep.motion, sweep.deviation, found.steps)).collect();
+    Ok(Plan {
+        path,
+        strips,
+        surface_fit_error: found.surface_fit_error,
+        interrupted: request.observer.stopped(),
+        found: None,
+    })
+}

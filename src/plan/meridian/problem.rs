@@ -1,0 +1,143 @@
+//! What a sweep has to cover, from where its search starts, and what counts how much.
+
+use crate::geometry::Point;
+use crate::motion::RuledMotion;
+use crate::plan::chart::Chart;
+
+/// The rectangle of chart coordinates that a sweep has to cover: g across, h along.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Band {
+    /// Lower border, g.
+    pub(super) low: f64,
+    /// Upper border, g.
+    pub(super) high: f64,
+    /// Where the cut begins, h.
+    pub(super) start: f64,
+    /// Where it ends, h.
+    pub(super) end: f64,
+}
+
+impl Band {
+    /// The whole surface.
+    pub(super) const WHOLE: Self = Self { low: 0.0, high: 1.0, start: 0.0, end: 1.0 };
+
+    /// True for places inside.
+    pub(super) fn holds(&self, (g, h): (f64, f64)) -> bool {
+        (self.low..=self.high).contains(&g) && (self.start..=self.end).contains(&h)
+    }
+}
+
+/// Weights of the terms; residuals are in mm. The defaults are those of Bo 2016 (section 4.5), whose rigidity term
+/// became a gauge: here the tool is rigid by construction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MeridianWeights {
+    /// Distance between envelope and part.
+    pub accuracy: f64,
+    /// Distance of the rails.
+    pub rigidity: f64,
+    /// Second differences of the rails.
+    pub fairness: f64,
+    /// Distance of the rails' ends from where they were.
+    pub proximity: f64,
+}
+
+impl Default for MeridianWeights {
+    fn default() -> Self {
+        Self { accuracy: 1.0, rigidity: 0.1, fairness: 0.001, proximity: 0.1 }
+    }
+}
+
+/// The weights as one stage of the fit uses them.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Terms {
+    pub(super) accuracy: f64,
+    pub(super) rigidity: f64,
+    pub(super) fairness: f64,
+    pub(super) proximity: f64,
+    /// Samples beyond the band, against 1 inside.
+    pub(super) extension: f64,
+    /// Bounds and validity of the radius function.
+    pub(super) shape: f64,
+    /// Change of the radius coefficients since the stage began.
+    pub(super) size: f64,
+}
+
+impl Terms {
+    /// The user's weights with what only guides the search scaled by `guidance`.
+    pub(super) fn new(weights: &MeridianWeights, guidance: f64) -> Self {
+        Self {
+            accuracy: weights.accuracy,
+            rigidity: weights.rigidity * guidance,
+            fairness: weights.fairness * guidance,
+            proximity: weights.proximity * guidance,
+            extension: 0.3 * guidance.sqrt(),
+            shape: 10.0 * weights.accuracy,
+            size: weights.proximity * guidance * 1e-3,
+        }
+    }
+}
+
+/// Where one sweep's search starts: a ruling and its feet at each of a number of equally spaced instants.
+#[derive(Clone, Debug)]
+pub(super) struct Sweep {
+    pub(super) band: Band,
+    /// Both ends of the axis, the one nearer the tip first, mm.
+    pub(super) rulings: Vec<(Point, Point)>,
+    /// Chart coordinates of their feet.
+    pub(super) feet: Vec<((f64, f64), (f64, f64))>,
+}
+
+impl Sweep {
+    /// Surface-driven start: rulings straight across the band in chart coordinates, both ends `radius` above it, each
+    /// of the same length. `margin` is how far they run past the band's borders, `overrun` past its ends, mm.
+    pub(super) fn across(
+        chart: &Chart<'_>,
+        band: Band,
+        radius: f64,
+        (margin, overrun): (f64, f64),
+        instants: usize,
+    ) -> Option<(Self, f64)> {
+        let middle = chart.frame((0.5 * (band.low + band.high), 0.5 * (band.start + band.end)))?;
+        let (by_g, by_h) = (margin / middle.across.norm(), overrun / middle.along.norm());
+        let (low, high) = (band.low - by_g, band.high + by_g);
+        let (start, end) = (band.start - by_h, band.end + by_h);
+        let mut rulings: Vec<(Point, Point)> = Vec::with_capacity(instants);
+        let mut feet = Vec::with_capacity(instants);
+        for j in 0..instants {
+            let h = start + (end - start) * j as f64 / (instants - 1) as f64;
+            let (lower, upper) = (chart.frame((low, h))?, chart.frame((high, h))?);
+            rulings.push((lower.point + lower.normal * radius, upper.point + upper.normal * radius));
+            feet.push(((low, h), (high, h)));
+        }
+        let (least, length) = rulings
+            .iter()
+            .map(|(a, b)| (b - a).norm())
+            .fold((f64::INFINITY, 0.0_f64), |(l, h), x| (l.min(x), h.max(x)));
+        (least > 1e-6).then(|| (Self { band, rulings, feet }.stretched(length), length))
+    }
+
+    /// The same rulings, all of one length: each is stretched about its middle.
+    pub(super) fn stretched(mut self, length: f64) -> Self {
+        for (a, b) in &mut self.rulings {
+            let (centre, half) = (nalgebra::center(a, b), (*b - *a).normalize() * (0.5 * length));
+            (*a, *b) = (centre - half, centre + half);
+        }
+        self
+    }
+
+    /// Start from a motion found before.
+    pub(super) fn along(chart: &Chart<'_>, motion: &RuledMotion, band: Band, instants: usize) -> Option<Self> {
+        let (first, last) = motion.domain();
+        let mut rulings = Vec::with_capacity(instants);
+        let mut feet = Vec::with_capacity(instants);
+        let mut near = [(band.low, band.start), (band.high, band.start)];
+        for j in 0..instants {
+            let t = first + (last - first) * j as f64 / (instants - 1) as f64;
+            let ends = [motion.lower.point(t), motion.upper.point(t)];
+            near = [chart.foot(&ends[0], near[0])?.frame.place, chart.foot(&ends[1], near[1])?.frame.place];
+            rulings.push((ends[0], ends[1]));
+            feet.push((near[0], near[1]));
+        }
+        Some(Self { band, rulings, feet })
+    }
+}

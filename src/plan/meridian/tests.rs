@@ -1,0 +1,143 @@
+//! Searches on exact envelopes whose tool is known by formula, whole and damaged.
+
+use super::*;
+use crate::envelope::envelope_point;
+use crate::geometry::interpolate::interpolate_grid;
+use crate::geometry::{Direction, Point, Vector};
+use crate::motion::Pose;
+use crate::motion::path::PoseRate;
+use crate::part::{DesignSurface, OrientedSpline};
+use crate::plan::Unobserved;
+use std::f64::consts::TAU;
+
+/// Length of the exact tool's axis, mm.
+const LENGTH: f64 = 20.0;
+
+/// The exact tool: a wave on a cone. Radius with derivatives.
+fn exact_radius(s: f64) -> RadiusJet {
+    let k = TAU / 16.0;
+    RadiusJet {
+        radius: 5.0 + 0.05 * s + 0.4 * (k * s).sin(),
+        slope: 0.05 + 0.4 * k * (k * s).cos(),
+        bend: -0.4 * k * k * (k * s).sin(),
+    }
+}
+
+/// The exact motion: centre of the lowest sphere and axis, with their derivatives by t in 0..1.
+fn exact_rate(t: f64) -> PoseRate {
+    let tip = Point::new(60.0 * t, 14.0 * t - 24.0 * t * t + 6.0 * t.powi(3), 4.0 * t * t);
+    let tip_rate = Vector::new(60.0, 14.0 - 48.0 * t + 18.0 * t * t, 8.0 * t);
+    let along = Vector::new(0.1 + 0.1 * t, -0.12 + 0.3 * t - 0.05 * t * t, 1.0);
+    let along_rate = Vector::new(0.1, 0.3 - 0.1 * t, 0.0);
+    let length = along.norm();
+    let axis = Direction::new_normalize(along);
+    let axis_rate = (along_rate - axis.into_inner() * axis.dot(&along_rate)) / length;
+    PoseRate { pose: Pose { tip, axis }, tip_rate, axis_rate }
+}
+
+/// A point of the exact envelope.
+fn exact_point(s: f64, t: f64) -> Point {
+    let contact = exact_radius(s).contact(s);
+    envelope_point(&exact_rate(t), &contact, &-Vector::y()).unwrap().point
+}
+
+/// The envelope over the inner part of the flank as a part, its points moved by `moved`.
+fn envelope(moved: impl Fn(usize, usize, Point) -> Point) -> Part {
+    let (rows, columns) = (60, 50);
+    let points: Vec<Vec<Point>> = (0..=rows)
+        .map(|i| {
+            let t = i as f64 / rows as f64;
+            (0..=columns).map(|j| moved(i, j, exact_point(1.0 + 18.0 * j as f64 / columns as f64, t))).collect()
+        })
+        .collect();
+    part_of(interpolate_grid(&points).unwrap())
+}
+
+fn part_of(surface: crate::geometry::SplineSurface) -> Part {
+    // The tool is on the +y side.
+    let flip = surface.jet(0.5, 0.5).normal().unwrap().y < 0.0;
+    let surface = DesignSurface::Spline(OrientedSpline::new(surface, flip).unwrap());
+    Part { name: "envelope".into(), surface, body: None, check: Vec::new() }
+}
+
+fn wish(family: MeridianFamily) -> ToolWish {
+    ToolWish {
+        number: 1,
+        family,
+        coefficients: None,
+        radius: (0.5, 50.0),
+        length: (0.0, 60.0),
+        weights: MeridianWeights::default(),
+        fixture: Fixture { gauge_length: 100.0, ..Fixture::default() },
+    }
+}
+
+fn find(part: &Part, wish: &ToolWish, tolerance: f64) -> FoundTool {
+    let strategy = Strategy { direction: Some(Vector::x()), ..Strategy::new(StrategyKind::SingleSweep) };
+    find_tool(&ToolRequest { part, wish, strategy: &strategy, tolerance, observer: &Unobserved }).unwrap()
+}
+
+/// Largest distance of a found meridian from the exact one, once it is slid along the axis as best it can.
+fn meridian_error(found: &RadiusFunction) -> f64 {
+    let exact: Vec<_> =
+        (0..=4000).map(|i| LENGTH * f64::from(i) / 4000.0).map(|s| exact_radius(s).contact(s).point).collect();
+    let contact = |s: f64| found.jet(s).contact(s).point;
+    let points: Vec<_> = (0..=100).map(|i| contact(found.length() * f64::from(i) / 100.0)).collect();
+    let error = |slide: f64| {
+        let within = points.iter().filter(|p| (1.5..18.5).contains(&(p.height + slide)));
+        within
+            .map(|p| {
+                let distance =
+                    |q: &crate::tool::MeridianPoint| (p.height + slide - q.height).hypot(p.radius - q.radius);
+                exact.iter().map(distance).fold(f64::INFINITY, f64::min)
+            })
+            .fold(0.0, f64::max)
+    };
+    let coarse = (-30..=30).map(|i| f64::from(i) * 0.1).min_by(|a, b| error(*a).total_cmp(&error(*b))).unwrap();
+    (-100..=100).map(|i| error(coarse + f64::from(i) * 0.001)).fold(f64::INFINITY, f64::min)
+}
+
+#[test]
+fn an_exact_envelope_gives_its_tool_back() {
+    let found = find(&envelope(|_, _, p| p), &wish(MeridianFamily::Free), 0.005);
+    let sweep = &found.sweeps[0];
+    assert!(sweep.deviation.overcut.max(sweep.deviation.undercut) < 5e-4, "{:?}", sweep.deviation);
+    assert!(sweep.covered > 0.999 && sweep.within > 0.999, "{} {}", sweep.covered, sweep.within);
+    assert!(meridian_error(&found.radius) < 0.005, "{}", meridian_error(&found.radius));
+    assert!(found.radius.first_invalid(500).is_none());
+    // The tool's arcs are the meridian that was found.
+    let lowest = found.radius.jet(0.0);
+    for i in 0..=50 {
+        let s = found.radius.length() * f64::from(i) / 50.0;
+        let point = found.radius.jet(s).contact(s).point;
+        let height = (point.height + lowest.radius * lowest.slope).clamp(0.0, found.tool.flute_length());
+        let contact = found.tool.contact_at(height).unwrap();
+        assert!((contact.point.radius - point.radius).abs() < 1e-4, "{s}: {contact:?} {point:?}");
+    }
+}
+
+#[test]
+fn bounds_on_the_radius_are_kept() {
+    let wish = ToolWish { radius: (3.0, 5.2), ..wish(MeridianFamily::Free) };
+    let found = find(&envelope(|_, _, p| p), &wish, 0.005);
+    for i in 0..=100 {
+        let radius = found.radius.jet(found.radius.length() * f64::from(i) / 100.0).radius;
+        assert!((2.99..5.21).contains(&radius), "{i}: {radius}");
+    }
+}
+
+#[test]
+fn a_flank_that_may_not_be_long_enough_is_refused_with_the_length_needed() {
+    let wish = ToolWish { length: (0.0, 10.0), ..wish(MeridianFamily::Cone) };
+    let part = envelope(|_, _, p| p);
+    let strategy = Strategy::new(StrategyKind::SingleSweep);
+    let said = find_tool(&ToolRequest {
+        part: &part,
+        wish: &wish,
+        strategy: &strategy,
+        tolerance: 0.01,
+        observer: &Unobserved,
+    })
+    .unwrap_err();
+    assert!(said.message.contains("no flank of at most 10 mm") && said.help.is_some(), "{said}");
+}
