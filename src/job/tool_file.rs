@@ -124,7 +124,7 @@ mod tests {
         assert!(said(&text.replace("kind = \"meridian\"", "kind = \"optimize\"")).contains("not the wish for one"));
         let longer = text.replacen("    [", "    [0.0, 1.0, ", 1);
         assert!(said(&longer).contains("a point of 5 numbers"), "{}", said(&longer));
-        assert!(said(&text.replacen("],\n", "3],\n", 1)).contains("a bulge of"));
+        assert!(said(&text.replacen(", 0.0],", ", 3.0],", 1)).contains("a bulge of"));
         assert!(said("format = \"regulus-tool\"\nversion = 1").contains("tool"));
     }
 }

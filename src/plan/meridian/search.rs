@@ -241,13 +241,14 @@ impl Search<'_> {
             fit.settle(&x);
         }
         let mut fitted = judged(chart, &fit, &x, sweeps, resolution)?;
-        if stages.len() > QUICK.len() && fitted.worst() > self.limit {
-            if let Some((more, without)) = outliers::set_aside(&mut fit, &x, self.limit) {
-                let again = judged(chart, &fit, &without, sweeps, resolution)?;
-                steps += more;
-                if again.share_within(self.limit) > fitted.share_within(self.limit) {
-                    fitted = again;
-                }
+        if stages.len() > QUICK.len()
+            && fitted.worst() > self.limit
+            && let Some((more, without)) = outliers::set_aside(&mut fit, &x, self.limit)
+        {
+            let again = judged(chart, &fit, &without, sweeps, resolution)?;
+            steps += more;
+            if again.share_within(self.limit) > fitted.share_within(self.limit) {
+                fitted = again;
             }
         }
         fitted.steps = steps;
