@@ -84,6 +84,23 @@ pub(super) struct TcpOutput {
     pub(super) off: f64,
 }
 
+impl Style {
+    /// The style of a dialect.
+    pub(super) fn of(dialect: Dialect) -> Self {
+        match dialect {
+            Dialect::LinuxCnc => linuxcnc::writing(),
+            Dialect::Fanuc30i => fanuc_30i::writing(),
+            Dialect::HaasNgc => haas_ngc::writing(),
+            Dialect::Siemens840d => siemens_840d::writing(),
+            Dialect::HeidenhainTnc => heidenhain_tnc::writing(),
+            Dialect::MazakSmooth => mazak_smooth::writing(),
+            Dialect::OkumaOsp => okuma_osp::writing(),
+            Dialect::GrblHal => grblhal::writing(),
+            Dialect::Iso => iso::writing(),
+        }
+    }
+}
+
 impl Rules {
     /// The rules of a machine's control.
     pub fn of(machine: &Machine) -> Self {

@@ -1,7 +1,6 @@
 //! How programs of a dialect look, beyond the options of a control.
 
-use super::{fanuc_30i, grblhal, haas_ngc, heidenhain_tnc, iso, linuxcnc, mazak_smooth, okuma_osp, siemens_840d};
-use crate::machine::{Dialect, Templates as OwnTemplates};
+use crate::machine::Templates as OwnTemplates;
 use crate::nc::format::NumberStyle;
 
 /// How programs of a dialect are written.
@@ -95,21 +94,6 @@ impl Part {
 }
 
 impl Style {
-    /// The style of a dialect.
-    pub(in crate::nc) fn of(dialect: Dialect) -> Self {
-        match dialect {
-            Dialect::LinuxCnc => linuxcnc::writing(),
-            Dialect::Fanuc30i => fanuc_30i::writing(),
-            Dialect::HaasNgc => haas_ngc::writing(),
-            Dialect::Siemens840d => siemens_840d::writing(),
-            Dialect::HeidenhainTnc => heidenhain_tnc::writing(),
-            Dialect::MazakSmooth => mazak_smooth::writing(),
-            Dialect::OkumaOsp => okuma_osp::writing(),
-            Dialect::GrblHal => grblhal::writing(),
-            Dialect::Iso => iso::writing(),
-        }
-    }
-
     /// What a block with a tool vector begins with.
     pub(in crate::nc) fn vector_line(&self, rapid: bool) -> &'static str {
         match (self.whole_vectors, rapid) {
