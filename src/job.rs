@@ -3,6 +3,7 @@
 //! `tool`, `motion`, `machine` and `plan`.
 
 mod limits;
+mod rajain;
 mod raw;
 mod tool;
 mod tool_file;
@@ -28,6 +29,9 @@ pub struct Job {
     pub tool: ToolSpec,
     /// How to plan.
     pub strategy: Strategy,
+    /// File of machining directions at points of the part, relative to the job file's folder. Its content goes into
+    /// `strategy` when it is read.
+    pub direction_field: Option<String>,
     /// On which machine.
     pub machine: MachineSpec,
     /// How fast.
@@ -107,7 +111,11 @@ impl Job {
         let name = checks.name("name", raw.name);
         let part = part(&mut checks, raw.part);
         let tool = tool::build(&mut checks, raw.tool);
-        let strategy = strategy(&mut checks, raw.strategy);
+        let (strategy, direction_field) = strategy(&mut checks, raw.strategy);
+        if strategy.method == Method::Rajain2023 && matches!(tool, Some(ToolSpec::Wanted(_))) {
+            let help = "give a cone or a cylinder, of which [strategy.rajain] free = [\"length\", \"r1\", \"r2\"] may change sizes";
+            checks.refuse("strategy.method", "method \"rajain-2023\" starts from a given tool", help);
+        }
         let machine = machine(&mut checks, raw.machine);
         checks.within("feed.cut", raw.feed.cut, &limits::FEED);
         checks.within("feed.spindle", raw.feed.spindle, &limits::SPINDLE);
@@ -115,7 +123,7 @@ impl Job {
         let output = output(&mut checks, &raw.output, &part);
         match (checks.finish(), tool) {
             ((findings, warnings), Some(tool)) if findings.is_empty() => {
-                Ok(Self { name, part, tool, strategy, machine, feed, output, warnings, text })
+                Ok(Self { name, part, tool, strategy, direction_field, machine, feed, output, warnings, text })
             }
             ((findings, _), _) => Err(findings),
         }
@@ -187,7 +195,7 @@ fn part(checks: &mut Checks<'_>, raw: raw::Part) -> PartSpec {
     }
 }
 
-fn strategy(checks: &mut Checks<'_>, raw: raw::Strategy) -> Strategy {
+fn strategy(checks: &mut Checks<'_>, raw: raw::Strategy) -> (Strategy, Option<String>) {
     let mut strategy = Strategy::new(match raw.kind {
         raw::StrategyKind::SingleSweep => StrategyKind::SingleSweep,
         raw::StrategyKind::MultiStrip => StrategyKind::MultiStrip,
@@ -195,6 +203,7 @@ fn strategy(checks: &mut Checks<'_>, raw: raw::Strategy) -> Strategy {
     strategy.method = match raw.method {
         raw::Method::Regulus => Method::Regulus,
         raw::Method::Rulings => Method::Rulings,
+        raw::Method::Rajain2023 => Method::Rajain2023,
     };
     strategy.tip = raw.tip.map(|side| match side {
         raw::TipSide::Low => TipSide::Low,
@@ -213,10 +222,14 @@ fn strategy(checks: &mut Checks<'_>, raw: raw::Strategy) -> Strategy {
         checks.within("strategy.strips", f64::from(strips), &limits::STRIPS);
         strategy.strips = Some(strips as usize);
     }
-    if let Some(weights) = raw.weights {
-        strategy.fairness *= fairness(checks, &weights);
+    let mut direction_field = None;
+    if strategy.method == Method::Rajain2023 {
+        (strategy.rajain, direction_field) = rajain::settings(checks, &raw);
+    } else {
+        rajain::refuse_foreign_keys(checks, &raw);
+        strategy.fairness *= raw.weights.as_ref().map_or(1.0, |weights| fairness(checks, weights));
     }
-    strategy
+    (strategy, direction_field)
 }
 
 /// What the weights make of the planner's own balance between accuracy and fairness.

@@ -8,5 +8,7 @@ mod bad_input;
 mod good_input;
 #[path = "cli_commands/interrupt.rs"]
 mod interrupt;
+#[path = "cli_commands/rajain.rs"]
+mod rajain;
 #[path = "cli_commands/workshop.rs"]
 mod workshop;

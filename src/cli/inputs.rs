@@ -47,6 +47,7 @@ pub(super) fn job_inputs(path: &Path, machine: Option<&str>, terminal: &mut Term
     for (i, file) in job.part.check.iter().enumerate() {
         check.extend(keep(&format!("part.check[{i}]"), named_file(folder, file)));
     }
+    let field = job.direction_field.as_ref().and_then(|file| keep("strategy.rajain.field", named_file(folder, file)));
     let machine = match machine {
         Some(given) => machine_file(given, Path::new("")),
         None => machine_file(&job.machine.file, folder),
@@ -58,7 +59,11 @@ pub(super) fn job_inputs(path: &Path, machine: Option<&str>, terminal: &mut Term
     let check: Vec<_> = check.iter().map(|(name, bytes)| InputFile { name, bytes }).collect();
     let body = body.as_ref().map(|(name, bytes)| InputFile { name, bytes });
     let files = PartFiles { surface: InputFile { name: &name, bytes: &bytes }, body, check: &check };
-    Ok(Inputs::read(job, &files, &machine.machine, &machine.text)?)
+    let inputs = Inputs::read(job, &files, &machine.machine, &machine.text)?;
+    match field {
+        Some((name, bytes)) => Ok(inputs.with_direction_field(InputFile { name: &name, bytes: &bytes })?),
+        None => Ok(inputs),
+    }
 }
 
 fn named_file(folder: &Path, file: &str) -> Result<(String, Vec<u8>)> {

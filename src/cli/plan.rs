@@ -5,6 +5,7 @@ use super::inputs::job_inputs;
 use super::tools::tool_files;
 use super::{Outcome, Refusal, Terminal, summary, watch};
 use crate::motion;
+use crate::pipeline::{explain, to_json};
 use clap::Args;
 use std::path::PathBuf;
 
@@ -15,6 +16,9 @@ pub(super) struct Arguments {
     /// Write the tool path here, and a found tool's files beside it
     #[arg(long, value_name = "PATH.cl")]
     out: PathBuf,
+    /// Write what each strip came to, and what limits it, here
+    #[arg(long, value_name = "PLAN.json")]
+    json: Option<PathBuf>,
 }
 
 pub(super) fn run(arguments: &Arguments, terminal: &mut Terminal) -> Result<Outcome, Refusal> {
@@ -22,10 +26,13 @@ pub(super) fn run(arguments: &Arguments, terminal: &mut Terminal) -> Result<Outc
     let plan = watch::plan(&inputs, terminal)?;
     let mut outputs = Outputs::default();
     outputs.add(arguments.out.clone(), motion::cl::write(&plan.path)?);
-    if let Some(found) = &plan.found {
-        tool_files(&mut outputs, &inputs, found, &arguments.out.with_extension("tool"));
+    if let Some(tool) = plan.found_tool() {
+        tool_files(&mut outputs, &inputs, tool, &arguments.out.with_extension("tool"));
+    }
+    if let Some(json) = &arguments.json {
+        outputs.add(json.clone(), to_json(&explain(&inputs, &plan))?);
     }
     outputs.write()?;
     terminal.print(&summary::of_plan(&plan));
-    Ok(Outcome::Good)
+    Ok(if plan.verdict.within_tolerance { Outcome::Good } else { Outcome::Failed })
 }

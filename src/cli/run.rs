@@ -13,7 +13,7 @@ use std::path::PathBuf;
 pub(super) struct Arguments {
     /// The job file
     job: PathBuf,
-    /// Write path.cl, the program, verify.json, report.html and a found tool's files here
+    /// Write path.cl, the program, plan.json, verify.json, report.html and a found tool's files here
     #[arg(long, value_name = "DIR", default_value = "out")]
     out: PathBuf,
 }
@@ -22,9 +22,10 @@ pub(super) fn run(arguments: &Arguments, terminal: &mut Terminal) -> Result<Outc
     let mut inputs = job_inputs(&arguments.job, None, terminal)?;
     let plan = watch::plan(&inputs, terminal)?;
     let mut outputs = Outputs::default();
-    if let Some(found) = &plan.found {
-        tool_files(&mut outputs, &inputs, found, &arguments.out.join("tool"));
-        inputs = inputs.with_tool(found.tool.clone());
+    if let Some(tool) = plan.found_tool() {
+        // What was found of the tool is what cuts, and what is judged.
+        tool_files(&mut outputs, &inputs, tool, &arguments.out.join("tool"));
+        inputs = inputs.with_tool(tool.clone());
     }
     terminal.progress("posting");
     let posted = pipeline::post_job(&inputs, &plan.path)?;
@@ -33,10 +34,11 @@ pub(super) fn run(arguments: &Arguments, terminal: &mut Terminal) -> Result<Outc
     let file = InputFile { name: &program, bytes: posted.text.as_bytes() };
     let judged = pipeline::judge(&inputs, file, Some(&plan.path), false)?;
     terminal.progress("reporting");
-    let page = pipeline::page(&inputs, &judged, &posted.text)?;
+    let page = pipeline::page(&inputs, Some(&plan), &judged, &posted.text)?;
     let record = &judged.verified.record;
     outputs.add(arguments.out.join("path.cl"), cl::write(&plan.path)?);
     outputs.add(arguments.out.join(&program), posted.text.as_str());
+    outputs.add(arguments.out.join("plan.json"), to_json(&pipeline::explain(&inputs, &plan))?);
     outputs.add(arguments.out.join("verify.json"), to_json(record)?);
     outputs.add(arguments.out.join("report.html"), page);
     outputs.write()?;

@@ -2,8 +2,8 @@
 
 use crate::job::fact_lines;
 use crate::pipeline::Posted;
-use crate::plan::Plan;
 use crate::plan::meridian::FoundTool;
+use crate::plan::{Plan, RajainFigures, StripReport};
 use crate::verify::{Verdict, Verification};
 use std::fmt::Write;
 
@@ -14,12 +14,13 @@ const REASONS: usize = 10;
 pub(super) fn of_plan(plan: &Plan) -> String {
     let mut text = format!("plan        {} strips, {} passes\n", plan.strips.len(), plan.path.passes.len());
     for (i, strip) in plan.strips.iter().enumerate() {
-        let deviation = &strip.deviation;
-        let _ = writeln!(
-            text,
-            "  strip {i:<3} {:.1} mm long, {:.2} mm wide, planned overcut {:.5} mm, undercut {:.5} mm, {} steps",
-            strip.length, strip.engagement, deviation.overcut, deviation.undercut, strip.steps
-        );
+        text.push_str(&of_strip(i, strip));
+    }
+    if plan.tool.is_some() {
+        let _ = writeln!(text, "  found tool: {}, see its files", plan.path.tool.description);
+    }
+    if let Some(figures) = &plan.rajain {
+        text.push_str(&of_rajain(figures));
     }
     if plan.interrupted {
         text.push_str("  interrupted: this is the best found so far\n");
@@ -30,6 +31,43 @@ pub(super) fn of_plan(plan: &Plan) -> String {
     if plan.surface_fit_error > 0.0 {
         let _ = writeln!(text, "  planned on a spline that lies within {:.5} mm of the part", plan.surface_fit_error);
     }
+    for reason in &plan.verdict.reasons {
+        let _ = writeln!(text, "  misses the tolerance: {reason}");
+    }
+    for help in &plan.verdict.help {
+        let _ = writeln!(text, "  would help: {help}");
+    }
+    text
+}
+
+fn of_strip(index: usize, strip: &StripReport) -> String {
+    let deviation = &strip.deviation;
+    let mut text = format!(
+        "  strip {index:<3} {:.1} mm long, {:.2} mm wide, planned overcut {:.5} mm, undercut {:.5} mm",
+        strip.length, strip.engagement, deviation.overcut, deviation.undercut
+    );
+    if deviation.outside > 0.0 {
+        let _ = write!(text, ", {:.5} mm beside it", deviation.outside);
+    }
+    if let Some(seam) = &strip.seam {
+        let _ = write!(text, ", kink to the next {:.3} deg, mean {:.3}", seam.kink_max_deg, seam.kink_mean_deg);
+    }
+    let _ = writeln!(text, ", {} steps; limited by {}", strip.steps, strip.limited_by.words());
+    text
+}
+
+/// What the method of Rajain 2023 came to, in the paper's measures.
+fn of_rajain(figures: &RajainFigures) -> String {
+    let ((below, above), (kink, mean)) = (figures.distance_errors, figures.kinks);
+    let mut text = format!(
+        "  positions {}, samples {}; L {:.5}, r1 {:.5}, r2 {:.5} mm; distance error (R19) {below:.5} below, {above:.5} mm above; angles (R15) differ by {kink:.3} deg, mean {mean:.3}\n",
+        figures.positions, figures.heights, figures.length, figures.r1, figures.r2
+    );
+    let _ = writeln!(
+        text,
+        "  axis {:.5} to {:.5} mm long at the start, {:.5} to {:.5} mm when optimized, then made rigid; {} positions fail the shank check",
+        figures.start_lengths.0, figures.start_lengths.1, figures.lengths.0, figures.lengths.1, figures.colliding
+    );
     text
 }
 

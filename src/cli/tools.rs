@@ -3,8 +3,7 @@
 use super::files::Outputs;
 use crate::job::{ToolSpec, write_tool};
 use crate::pipeline::Inputs;
-use crate::plan::meridian::FoundTool;
-use crate::tool::Fixture;
+use crate::tool::Tool;
 use crate::tool::export::{csv, dxf, stl};
 use std::path::Path;
 
@@ -14,11 +13,10 @@ const TABLE_STEP: f64 = 0.1;
 const STL_CHORD: f64 = 0.002;
 
 /// Adds a found tool as a tool file, a table, a drawing and a body, named `stem` with their extensions.
-pub(super) fn tool_files(outputs: &mut Outputs, inputs: &Inputs, found: &FoundTool, stem: &Path) {
-    let tool = &found.tool;
+pub(super) fn tool_files(outputs: &mut Outputs, inputs: &Inputs, tool: &Tool, stem: &Path) {
     let fixture = match &inputs.job.tool {
         ToolSpec::Wanted(wish) => wish.fixture.clone(),
-        ToolSpec::Given(tool) => Fixture { gauge_length: tool.gauge_length(), ..Fixture::default() },
+        ToolSpec::Given(given) => given.fixture(),
     };
     let mut add = |extension: &str, content: Vec<u8>| {
         let mut name = stem.as_os_str().to_owned();

@@ -32,6 +32,12 @@ pub(super) const FEED: Limit = Limit { low: 0.0, high: 200_000.0, low_allowed: f
 pub(super) const SPINDLE: Limit = Limit { low: 0.0, high: 500_000.0, low_allowed: true, unit: "1/min" };
 /// Weight of a term of the planner's objective.
 pub(super) const WEIGHT: Limit = Limit { low: 0.0, high: 1e12, low_allowed: false, unit: "" };
+/// Weight of a term that may be left out.
+pub(super) const ZERO_WEIGHT: Limit = Limit { low: 0.0, high: 1e12, low_allowed: true, unit: "" };
+/// A share of something.
+pub(super) const SHARE: Limit = Limit { low: 0.0, high: 1.0, low_allowed: true, unit: "" };
+/// Samples on one position of the axis.
+pub(super) const SAMPLES: Limit = Limit { low: 3.0, high: 1000.0, low_allowed: true, unit: "" };
 /// Number of a program: what the controls at hand count up to.
 pub(super) const PROGRAM_NUMBER: Limit = Limit { low: 1.0, high: 9999.0, low_allowed: true, unit: "" };
 /// Number of strips.

@@ -138,14 +138,37 @@ pub(super) struct Strategy {
     pub(super) engage_from: Option<f64>,
     pub(super) lead: Option<f64>,
     pub(super) stand_off: Option<f64>,
+    pub(super) rajain: Option<Rajain>,
 }
 
-#[derive(Clone, Copy, Default, Deserialize)]
+/// Settings of the method "rajain-2023".
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Rajain {
+    pub(super) field: Option<String>,
+    #[serde(default)]
+    pub(super) free: Vec<Freed>,
+    pub(super) engagement: Option<[f64; 2]>,
+    pub(super) step: Option<f64>,
+    pub(super) samples: Option<u32>,
+}
+
+#[derive(Clone, Copy, Deserialize, PartialEq)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum Freed {
+    Length,
+    R1,
+    R2,
+}
+
+#[derive(Clone, Copy, Default, Deserialize, PartialEq)]
 #[serde(rename_all = "kebab-case")]
 pub(super) enum Method {
     #[default]
     Regulus,
     Rulings,
+    #[serde(rename = "rajain-2023")]
+    Rajain2023,
 }
 
 #[derive(Clone, Copy, Deserialize)]
@@ -167,6 +190,8 @@ pub(super) enum StrategyKind {
 pub(super) struct Weights {
     pub(super) accuracy: Option<f64>,
     pub(super) g1: Option<f64>,
+    pub(super) rigidity: Option<f64>,
+    pub(super) proximity: Option<f64>,
     pub(super) fairness: Option<f64>,
 }
 

@@ -195,6 +195,7 @@ fn strategy_keys_reach_the_planner() {
         engage_from: Some(1.5),
         lead: Some(4.0),
         stand_off: Some(3.0),
+        rajain: crate::plan::RajainSettings::default(),
     };
     assert!((strategy.fairness - 3.0).abs() < 1e-12);
     assert_eq!(Strategy { fairness: 3.0, ..strategy }, wanted);
@@ -234,4 +235,43 @@ proptest::proptest! {
             proptest::prop_assert!(finding.help.is_some(), "{}", finding.message);
         }
     }
+}
+
+const RAJAIN: &str = "kind = \"multi-strip\"\nmethod = \"rajain-2023\"";
+
+#[test]
+fn settings_of_rajain_2023_reach_the_planner() {
+    let more = "\n[strategy.rajain]\nfree = [\"length\", \"r2\"]\nengagement = [0.5, 1.0]\nstep = 0.4\nsamples = 20\n[machine]";
+    let text = GOOD.replacen("kind = \"multi-strip\"", RAJAIN, 1).replacen("[machine]", more, 1);
+    let weights = "g1 = 0.0, rigidity = 2.0, proximity = 0.5";
+    let job = Job::read(&text.replacen("g1 = 0.001", weights, 1), "job.toml").unwrap();
+    let rajain = job.strategy.rajain;
+    assert_eq!(job.strategy.method, Method::Rajain2023);
+    assert_eq!(rajain.free, crate::plan::Free { length: true, r1: false, r2: true });
+    assert_eq!((rajain.engagement, rajain.step, rajain.heights), ((0.5, 1.0), Some(0.4), 20));
+    let weights = crate::plan::Weights { rigidity: 2.0, accuracy: 1.0, g1: 0.0, proximity: 0.5, fairness: 1e-6 };
+    assert_eq!(rajain.weights, weights);
+}
+
+#[test]
+fn bad_settings_of_rajain_2023_are_refused() {
+    let of = |from: &str, to: &str| {
+        let text = GOOD.replacen("kind = \"multi-strip\"", RAJAIN, 1);
+        assert!(text.contains(from), "{from}");
+        let findings = Job::read(&text.replacen(from, to, 1), "job.toml").unwrap_err();
+        assert!(findings.iter().all(|f| f.place.as_ref().is_some_and(|p| p.line.is_some()) && f.help.is_some()));
+        findings.iter().map(ToString::to_string).collect::<String>()
+    };
+    let table = |keys: &str| of("[machine]", &format!("[strategy.rajain]\n{keys}\n[machine]"));
+    assert!(of("g1 = 0.001", "g1 = -0.001").contains("strategy.weights.g1 = -0.001 is out of range"));
+    assert!(of("fairness = 1e-6", "proximity = -1").contains("strategy.weights.proximity = -1 is out of range"));
+    assert!(table("engagement = [0.6, 0.6]").contains("no part of the flank"));
+    assert!(table("engagement = [-0.1, 0.6]").contains("strategy.rajain.engagement[0] = -0.1"));
+    assert!(table("step = 0").contains("too short"));
+    assert!(table("samples = 1").contains("samples = 1 is out of range"));
+    assert!(table("free = [\"r3\"]").contains("r3"));
+    assert!(table("field = \"f.csv\"").contains("given twice"));
+    assert!(of("direction = [1.0, 0.0, 0.0]\n", "").contains("needs the machining direction"));
+    assert!(of("method = \"rajain-2023\"", "rajain = { step = 1.0 }").contains("belong to the method"));
+    assert!(after("fairness = 1e-6", "rigidity = 1.0").contains("only the method \"rajain-2023\" weighs rigidity"));
 }

@@ -4,6 +4,7 @@ use crate::diagnostic::{Diagnostic, Result};
 use crate::job::{Job, MachineSpec};
 use crate::machine::{DialectOptions, Machine, WorkOffset};
 use crate::part::{DesignSurface, Part, ReadOptions, read, require_closed};
+use crate::plan::DirectionField;
 use crate::tool::Tool;
 use sha2::{Digest, Sha256};
 
@@ -32,6 +33,8 @@ pub struct Inputs {
     pub hash: String,
     /// The tool, once it is known.
     tool: Option<Tool>,
+    /// Hash so far, to go on with.
+    hasher: Sha256,
 }
 
 /// The files of a job's part.
@@ -53,6 +56,23 @@ impl<'a> PartFiles<'a> {
 }
 
 impl Inputs {
+    /// Reads the field of machining directions that the job names, which the method then follows. Its bytes go into the
+    /// hash after all others.
+    pub fn with_direction_field(mut self, file: InputFile<'_>) -> Result<Self> {
+        let text = std::str::from_utf8(file.bytes).map_err(|e| {
+            Diagnostic::error(format!("byte {} is no text in UTF-8", e.valid_up_to() + 1))
+                .in_file(file.name)
+                .help("save the file as text in UTF-8")
+        })?;
+        let reading = &self.job.part.reading;
+        let scale = reading.units.unwrap_or_default().in_mm();
+        let field = DirectionField::read(text, file.name, &self.part.surface, &reading.placement, scale)?;
+        self.job.strategy.rajain.field = Some(field);
+        self.hasher.update(file.bytes);
+        self.hash = digits(&self.hasher);
+        Ok(self)
+    }
+
     /// Reads what a job names: its part's files and its machine, which comes with the text it was read from.
     pub fn read(
         job: Job,
@@ -75,13 +95,13 @@ impl Inputs {
         let mut hashed = vec![job.text().as_bytes(), files.surface.bytes];
         hashed.extend(files.body.iter().chain(files.check).map(|file| file.bytes));
         hashed.push(machine_text.as_bytes());
-        let hash = hash(&hashed);
+        let hasher = hasher(&hashed);
         match (surface, machine) {
             (Some(surface), Ok(machine)) if findings.is_empty() => {
                 faces_out_of_bodies(&job, &surface, body.iter().chain(&check)).map_err(|e| vec![*e])?;
                 let part = Part { name: job.name.clone(), surface, body, check };
                 let tool = job.tool.given().cloned();
-                Ok(Self { job, part, machine, hash, tool })
+                Ok(Self { job, part, machine, hash: digits(&hasher), tool, hasher })
             }
             _ => Err(findings),
         }
@@ -124,11 +144,19 @@ fn faces_out_of_bodies<'a>(
 /// The first 16 hexadecimal digits of the SHA-256 of the inputs one after the other, as they are: job, part, its body,
 /// check surfaces, machine. `cat` of the same files to `sha256sum` gives the same digits.
 pub fn hash(inputs: &[&[u8]]) -> String {
+    digits(&hasher(inputs))
+}
+
+fn hasher(inputs: &[&[u8]]) -> Sha256 {
     let mut sha = Sha256::new();
     for input in inputs {
         sha.update(input);
     }
-    sha.finalize().iter().take(HASH_DIGITS / 2).map(|byte| format!("{byte:02x}")).collect()
+    sha
+}
+
+fn digits(sha: &Sha256) -> String {
+    sha.clone().finalize().iter().take(HASH_DIGITS / 2).map(|byte| format!("{byte:02x}")).collect()
 }
 
 /// The machine with what the job overrules: work offset, TCP, dialect. A work offset that the machine file does not

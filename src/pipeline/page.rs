@@ -5,8 +5,9 @@ use crate::diagnostic::{Diagnostic, Result};
 use crate::geometry::{Degrees, Point, Radians};
 use crate::machine::Travel;
 use crate::part::{DesignSurface, SampleGrid};
+use crate::plan::Plan;
 use crate::report::{
-    self, AxisTrack, Figure, Finding, Mesh, PartView, ReportData, Ruling, Timeline, ToolSample, tool_outline,
+    self, AxisTrack, Figure, Finding, Mesh, PartView, ReportData, Ruling, StripRow, Timeline, ToolSample, tool_outline,
 };
 use crate::simulate::{LimitKind, Segment, ToolMotion};
 use crate::tool::Tool;
@@ -19,9 +20,13 @@ const MOST_RULINGS: usize = 1200;
 /// Triangles along a check surface's longer side, roughly.
 const SURROUNDING_STEPS: f64 = 60.0;
 
-/// The report page of a judged program.
-pub fn page(inputs: &Inputs, judged: &Judged, program: &str) -> Result<String> {
-    let data = data(inputs, inputs.tool()?, judged, program);
+/// The report page of a judged program, with what its plan came to where it was planned here.
+pub fn page(inputs: &Inputs, plan: Option<&Plan>, judged: &Judged, program: &str) -> Result<String> {
+    let mut data = data(inputs, inputs.tool()?, judged, program);
+    if let Some(plan) = plan {
+        data.strips = strip_rows(plan);
+        data.advice = plan.verdict.help.clone();
+    }
     report::html(&data).map_err(|e| Diagnostic::error(format!("the report cannot be drawn: {e}")))
 }
 
@@ -41,7 +46,23 @@ fn data(inputs: &Inputs, tool: &Tool, judged: &Judged, program: &str) -> ReportD
         figures: figures(verified),
         findings: findings(motion, verified),
         program: program.to_owned(),
+        ..ReportData::default()
     }
+}
+
+/// Rows on the strips as planned.
+fn strip_rows(plan: &Plan) -> Vec<StripRow> {
+    let rows = plan.strips.iter().map(|strip| StripRow {
+        overcut: strip.deviation.overcut.max(strip.deviation.outside),
+        undercut: strip.deviation.undercut,
+        kink: strip.seam.map(|seam| (seam.kink_max_deg, seam.kink_mean_deg)),
+        length: strip.length,
+        engagement: strip.engagement,
+        steps: strip.steps,
+        curvature_error: strip.curvature_error,
+        limited_by: strip.limited_by.words().to_owned(),
+    });
+    rows.collect()
 }
 
 fn facts(inputs: &Inputs, tool: &Tool) -> Vec<(String, String)> {

@@ -3,6 +3,7 @@
 //! Free space is the outside of a sphere around part and check surfaces. A link runs on a larger sphere with the tool
 //! pointing away from its centre, so it is clear by construction; the ways in and out are tested all along.
 
+use super::PlanRequest;
 use crate::collide::{Clearance, Leg, Move, Obstacle, Role, ToolSolid};
 use crate::diagnostic::{Diagnostic, Result};
 use crate::geometry::{Direction, Point, Vector};
@@ -12,7 +13,7 @@ use crate::part::Part;
 use crate::tool::Tool;
 
 /// Surfaces that the tool must stay clear of, with a sphere around them.
-pub(super) struct Obstacles {
+struct Obstacles {
     surfaces: Vec<Obstacle>,
     centre: Point,
     radius: f64,
@@ -20,7 +21,7 @@ pub(super) struct Obstacles {
 
 impl Obstacles {
     /// Triangles of the part's surfaces, fine against the stand-off that they are kept at.
-    pub(super) fn of(part: &Part) -> Option<Self> {
+    fn of(part: &Part) -> Option<Self> {
         let mut points: Vec<Point> = Vec::new();
         let mut surfaces = Vec::new();
         for surface in std::iter::once(&part.surface).chain(&part.body).chain(&part.check) {
@@ -48,13 +49,13 @@ impl Obstacles {
 
 /// Sizes of the moves between cuts, mm.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct LinkSizes {
+struct LinkSizes {
     /// Length of lead-in and lead-out.
-    pub(super) lead: f64,
+    lead: f64,
     /// How far the tool stands off the surface before it leads in and after it leads out.
-    pub(super) stand_off: f64,
+    stand_off: f64,
     /// Distance between the clearance sphere and everything inside.
-    pub(super) clearance: f64,
+    clearance: f64,
 }
 
 /// The poses around one cut.
@@ -69,8 +70,24 @@ struct Ways {
     outer_end: Pose,
 }
 
+/// Leads, links and retracts around the strips of a plan, for a tool.
+pub(super) fn passes(
+    request: &PlanRequest<'_>,
+    tool: &Tool,
+    motions: &[RuledMotion],
+    normals: &[(Vector, Vector)],
+) -> Result<Vec<Pass>> {
+    let obstacles = Obstacles::of(request.part).ok_or_else(|| Diagnostic::error("the part's surface has no points"))?;
+    let sizes = LinkSizes {
+        lead: request.strategy.lead.unwrap_or_else(|| tool.max_radius()),
+        stand_off: request.strategy.stand_off.unwrap_or(2.0),
+        clearance: 10.0,
+    };
+    link(motions, normals, tool, &obstacles, &sizes)
+}
+
 /// Joins the strips' motions, in order, into passes. `normals` are the outward normals at start and end of each strip.
-pub(super) fn link(
+fn link(
     strips: &[RuledMotion],
     normals: &[(Vector, Vector)],
     tool: &Tool,

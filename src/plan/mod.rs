@@ -3,27 +3,37 @@
 
 mod assess;
 mod chart;
+mod explain;
 mod fit;
 mod layout;
 mod link;
 pub mod meridian;
 mod observe;
 mod planner;
+mod rajain;
+mod seam;
 mod start;
 mod strip;
 #[cfg(test)]
 mod tests;
 
 pub use assess::Deviation;
+pub use explain::{LimitedBy, PlanVerdict, StripReport};
 pub use observe::{Observer, Progress, Stage, Unobserved};
+pub use rajain::{DirectionField, Free, RajainFigures, RajainSettings, Weights};
+pub use seam::Seam;
 
 use crate::diagnostic::Result;
 use crate::geometry::Vector;
 use crate::motion::{FeedReference, RuledMotion, ToolPath, ToolSummary};
 use crate::part::Part;
 use crate::tool::Tool;
+use explain::Planned;
+use link::passes;
 use meridian::FoundTool;
 use planner::Planner;
+use rajain::RajainStrip;
+use strip::FittedStrip;
 
 /// How many strips.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,6 +52,8 @@ pub enum Method {
     Regulus,
     /// Tool laid on rulings across the strip, touching at both ends, nothing optimized: what most systems do.
     Rulings,
+    /// All strips at once over a grid of points, as Rajain 2023 prints it.
+    Rajain2023,
 }
 
 /// Which end of the crossing parameter the tip is at.
@@ -78,6 +90,8 @@ pub struct Strategy {
     pub lead: Option<f64>,
     /// Stand-off of links, mm; 2 mm when left out.
     pub stand_off: Option<f64>,
+    /// Settings of [`Method::Rajain2023`].
+    pub rajain: RajainSettings,
 }
 
 impl Strategy {
@@ -95,6 +109,7 @@ impl Strategy {
             engage_from: None,
             lead: None,
             stand_off: None,
+            rajain: RajainSettings::default(),
         }
     }
 }
@@ -126,19 +141,6 @@ pub struct PlanRequest<'a> {
     pub observer: &'a dyn Observer,
 }
 
-/// What one strip came to.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct StripReport {
-    /// Deviation of its envelope, as planned.
-    pub deviation: Deviation,
-    /// Length of the way of the flank's middle, mm.
-    pub length: f64,
-    /// Widest engagement of the flank, mm.
-    pub engagement: f64,
-    /// Steps of the optimizer.
-    pub steps: usize,
-}
-
 /// A planned tool path.
 #[derive(Clone, Debug)]
 pub struct Plan {
@@ -146,25 +148,59 @@ pub struct Plan {
     pub path: ToolPath,
     /// One entry a strip, in order.
     pub strips: Vec<StripReport>,
+    /// Whether the strips as planned keep the tolerance; what counts in the end is what the program's text leaves.
+    pub verdict: PlanVerdict,
     /// Distance between the planned-on spline and the part's surface, mm; 0 for spline parts.
     pub surface_fit_error: f64,
     /// True when the observer ended it early: this is then the best found so far.
     pub interrupted: bool,
-    /// The tool, where it was not given but found.
+    /// The tool, where it was not given at all but found.
     pub found: Option<Box<FoundTool>>,
+    /// The tool that [`Method::Rajain2023`] made of the given one, where the job leaves some of it free; the path is for
+    /// this one.
+    pub tool: Option<Tool>,
+    /// Figures of [`Method::Rajain2023`].
+    pub rajain: Option<RajainFigures>,
+}
+
+impl Plan {
+    /// The tool that the path is for, where it is not the given one.
+    pub fn found_tool(&self) -> Option<&Tool> {
+        self.tool.as_ref().or_else(|| self.found.as_ref().map(|found| &found.tool))
+    }
 }
 
 /// Plans the tool path of a part.
 pub fn plan(request: &PlanRequest<'_>) -> Result<Plan> {
     let form = request.part.surface.spline()?;
-    let planner = Planner::new(request, &form.spline)?;
-    let strips = planner.strips()?;
-    let motions: Vec<RuledMotion> = strips.iter().map(|s| s.motion.clone()).collect();
-    let passes = planner.passes(&motions)?;
-    let tool = request.tool;
+    let (strips, passes, tool, figures) = match request.strategy.method {
+        Method::Rajain2023 => {
+            let found = rajain::plan(request, &form.spline)?;
+            let normals: Vec<_> = found.strips.iter().map(|strip| strip.normals).collect();
+            let steps = found.figures.steps;
+            let strips = found.strips.into_iter().map(|RajainStrip { motion, deviation, .. }| Planned {
+                motion,
+                deviation,
+                steps,
+            });
+            let strips: Vec<Planned> = strips.collect();
+            let motions: Vec<RuledMotion> = strips.iter().map(|s| s.motion.clone()).collect();
+            let passes = passes(request, found.tool.as_ref().unwrap_or(request.tool), &motions, &normals)?;
+            (strips, passes, found.tool, Some(found.figures))
+        }
+        Method::Regulus | Method::Rulings => {
+            let planner = Planner::new(request, &form.spline)?;
+            let strips = planner.strips()?;
+            let motions: Vec<RuledMotion> = strips.iter().map(|s| s.motion.clone()).collect();
+            let passes = planner.passes(&motions)?;
+            let strips =
+                strips.into_iter().map(|FittedStrip { motion, deviation, steps }| Planned { motion, deviation, steps });
+            (strips.collect(), passes, None, None)
+        }
+    };
     let path = ToolPath {
         name: request.name.to_owned(),
-        tool: ToolSummary::of(tool),
+        tool: ToolSummary::of(tool.as_ref().unwrap_or(request.tool)),
         cut_feed: request.cut_feed,
         feed_reference: request.feed_reference,
         spindle_rpm: request.spindle_rpm,
@@ -173,16 +209,11 @@ pub fn plan(request: &PlanRequest<'_>) -> Result<Plan> {
         undercut_tolerance: request.undercut_tolerance,
         passes,
     };
-    let strips = strips.iter().map(|s| report(&s.motion, s.deviation, s.steps)).collect();
-    Ok(Plan { path, strips, surface_fit_error: form.fit_error, interrupted: request.observer.stopped(), found: None })
-}
-
-fn report(motion: &RuledMotion, deviation: Deviation, steps: usize) -> StripReport {
-    let (start, end) = motion.domain();
-    let at = |i: usize| start + (end - start) * i as f64 / 200.0;
-    let middle = |t: f64| nalgebra::center(&motion.lower.point(t), &motion.upper.point(t));
-    let length = (0..200).map(|i| (middle(at(i + 1)) - middle(at(i))).norm()).sum();
-    let engagement =
-        (0..=200).map(|i| (motion.upper.point(at(i)) - motion.lower.point(at(i))).norm()).fold(0.0, f64::max);
-    StripReport { deviation, length, engagement, steps }
+    let bare_share = figures.map_or(0.0, |figures: RajainFigures| figures.bare_share);
+    let used = tool.as_ref().unwrap_or(request.tool);
+    let strips = explain::reports(request, used, &form.spline, &strips, bare_share > 0.0);
+    let verdict = explain::verdict(request, &strips, bare_share);
+    let interrupted = request.observer.stopped();
+    let surface_fit_error = form.fit_error;
+    Ok(Plan { path, strips, verdict, surface_fit_error, interrupted, found: None, tool, rajain: figures })
 }

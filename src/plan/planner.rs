@@ -4,7 +4,7 @@ use super::assess::Borders;
 use super::chart::{Chart, Frame};
 use super::fit::SphereFamily;
 use super::layout::choose_layout;
-use super::link::{LinkSizes, Obstacles, link};
+use super::link::passes;
 use super::start::{Band, ruling};
 use super::strip::{Effort, FittedStrip, Limits, Resolution, fit_strip, lay_strip};
 use super::{Method, PlanRequest, Progress, Stage, StrategyKind};
@@ -155,7 +155,8 @@ impl<'a> Planner<'a> {
         let strategy = self.request.strategy;
         let fitted = match strategy.method {
             Method::Rulings => lay_strip(chart, tool, family, &band, &resolution),
-            Method::Regulus => {
+            // The method of Rajain 2023 has its own planner.
+            Method::Regulus | Method::Rajain2023 => {
                 let (steps, rounds) = effort;
                 let observer = self.request.observer;
                 let effort = Effort { fairness: 1e-9 * strategy.fairness, steps, rounds, observer };
@@ -272,16 +273,8 @@ impl<'a> Planner<'a> {
 
     /// Leads, links and retracts around the strips.
     pub(super) fn passes(&self, motions: &[RuledMotion]) -> Result<Vec<Pass>> {
-        let request = self.request;
-        let obstacles =
-            Obstacles::of(request.part).ok_or_else(|| Diagnostic::error("the part's surface has no points"))?;
-        let sizes = LinkSizes {
-            lead: request.strategy.lead.unwrap_or_else(|| request.tool.max_radius()),
-            stand_off: request.strategy.stand_off.unwrap_or(2.0),
-            clearance: 10.0,
-        };
         let normals = motions.iter().map(|m| self.end_normals(m)).collect::<Result<Vec<_>>>()?;
-        link(motions, &normals, request.tool, &obstacles, &sizes)
+        passes(self.request, self.request.tool, motions, &normals)
     }
 
     fn end_normals(&self, motion: &RuledMotion) -> Result<(Vector, Vector)> {

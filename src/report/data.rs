@@ -28,6 +28,10 @@ pub struct ReportData {
     pub timeline: Timeline,
     /// Measured figures in the order of the table; the first few with a limit are also shown large.
     pub figures: Vec<Figure>,
+    /// The strips as planned, in order; none for a program that some other system planned.
+    pub strips: Vec<StripRow>,
+    /// What would help where the plan misses the tolerance, one sentence each.
+    pub advice: Vec<String>,
     /// What was found in the program.
     pub findings: Vec<Finding>,
     /// The program's text.
@@ -146,6 +150,27 @@ pub struct Figure {
     pub ok: Option<bool>,
 }
 
+/// One strip as planned.
+#[derive(Clone, Debug, Default)]
+pub struct StripRow {
+    /// Largest depth below the surface, not negative.
+    pub overcut: f64,
+    /// Largest height above the surface, not negative.
+    pub undercut: f64,
+    /// Largest and mean angle to the next strip, degrees; none for the last.
+    pub kink: Option<(f64, f64)>,
+    /// Length of the way.
+    pub length: f64,
+    /// Widest engagement of the flank.
+    pub engagement: f64,
+    /// Steps of the optimizer.
+    pub steps: usize,
+    /// Least error that the part's curvature along the flank leaves a straight tool.
+    pub curvature_error: f64,
+    /// What keeps the strip from being better.
+    pub limited_by: String,
+}
+
 /// Something found in the program or on the part.
 #[derive(Clone, Debug, Default)]
 pub struct Finding {
@@ -261,6 +286,11 @@ impl ReportData {
         finite("size of the tool", self.tool.iter().flat_map(|s| s.outline.iter().flatten().copied()))?;
         self.timeline.check()?;
         finite("figure", self.figures.iter().flat_map(|f| [f.value, f.limit.unwrap_or(0.0)]))?;
+        let planned = self.strips.iter().flat_map(|s| {
+            let (most, mean) = s.kink.unwrap_or_default();
+            [s.overcut, s.undercut, most, mean, s.length, s.engagement, s.curvature_error]
+        });
+        finite("figure of a strip", planned)?;
         let places = self.findings.iter().filter_map(|f| f.point);
         finite("place of a finding", places.flat_map(|p| [p.x, p.y, p.z]))
     }

@@ -11,8 +11,8 @@ mod payload;
 mod plot;
 
 pub use data::{
-    AxisTrack, Figure, Finding, Mesh, PartView, ProfileSection, ReportData, ReportError, Ruling, Timeline, ToolSample,
-    Verdict, tool_outline,
+    AxisTrack, Figure, Finding, Mesh, PartView, ProfileSection, ReportData, ReportError, Ruling, StripRow, Timeline,
+    ToolSample, Verdict, tool_outline,
 };
 
 /// The page as text; the same data give the same bytes. Refuses data that are not finite or do not fit together.

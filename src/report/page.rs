@@ -1,6 +1,6 @@
 //! Puts the page together: the fixed template, style and script of `page/` with the data's text, plots and numbers.
 
-use super::data::{Figure, ReportData};
+use super::data::{Figure, ReportData, StripRow};
 use super::encode::{escape, number};
 use super::legend::legend;
 use super::payload::payload;
@@ -49,6 +49,7 @@ pub(super) fn page(data: &ReportData) -> String {
         "legend" => data.part.as_ref().map(legend).unwrap_or_default(),
         "findings" => findings(data),
         "axes" => axes(data),
+        "strips" => strips(data),
         "figures" => data.figures.iter().map(row).collect(),
         "hash" if data.input_hash.is_empty() => String::new(),
         "hash" => format!(" Input {}.", escape(&data.input_hash)),
@@ -104,6 +105,41 @@ fn row(figure: &Figure) -> String {
         figure.limit.map_or(String::new(), |l| number(l, figure.decimals)),
         escape(&figure.unit),
     )
+}
+
+/// The strips as planned, with what limits each; nothing where no plan is known.
+fn strips(data: &ReportData) -> String {
+    if data.strips.is_empty() {
+        return String::new();
+    }
+    let heads: String =
+        ["Strip", "Overcut", "Undercut", "Kink, largest", "mean", "Length", "Engaged", "Steps", "Curvature alone"]
+            .iter()
+            .map(|head| format!("<th scope=\"col\" class=\"num\">{head}</th>"))
+            .collect();
+    let rows: String = data.strips.iter().enumerate().map(|(i, strip)| strip_row(i, strip)).collect();
+    let advice = list("<p>Would help:</p><ul class=\"advice\">", data.advice.iter().map(|a| escape(a)), "</ul>");
+    format!(
+        "<section class=\"card\"><h2>Strips as planned <small>mm, degrees</small></h2><div class=\"scroll\"><table class=\"strips\"><thead><tr>{heads}\
+         <th scope=\"col\">Limited by</th></tr></thead><tbody>{rows}</tbody></table></div>{advice}</section>"
+    )
+}
+
+fn strip_row(index: usize, strip: &StripRow) -> String {
+    let cell = |text: String| format!("<td class=\"num\">{text}</td>");
+    let kink = |value: Option<f64>| cell(value.map_or("\u{2013}".to_owned(), |k| number(k, 3)));
+    let cells = [
+        cell(index.to_string()),
+        cell(number(strip.overcut, 5)),
+        cell(number(strip.undercut, 5)),
+        kink(strip.kink.map(|k| k.0)),
+        kink(strip.kink.map(|k| k.1)),
+        cell(number(strip.length, 1)),
+        cell(number(strip.engagement, 2)),
+        cell(strip.steps.to_string()),
+        cell(number(strip.curvature_error, 5)),
+    ];
+    format!("<tr>{}<td>{}</td></tr>", cells.concat(), escape(&strip.limited_by))
 }
 
 fn findings(data: &ReportData) -> String {

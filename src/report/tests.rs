@@ -71,6 +71,21 @@ fn tool() -> Tool {
     Tool::new(7, &shape, &Fixture { shank_diameter: Some(10.0), gauge_length: 96.0, holder }).unwrap()
 }
 
+/// What the planner said of both strips.
+fn strips() -> Vec<StripRow> {
+    let strip = |kink| StripRow {
+        overcut: 0.0125,
+        undercut: 0.0301,
+        kink,
+        length: LENGTH,
+        engagement: HEIGHT / f64::from(STRIPS),
+        steps: 36,
+        curvature_error: 0.0091,
+        limited_by: "curvature along the flank".into(),
+    };
+    vec![strip(Some((2.345, 1.25))), strip(None)]
+}
+
 /// Both strips at a steady feed, between them a link clear of the flank.
 fn timeline() -> (Timeline, Vec<Ruling>) {
     let (mut timeline, mut rulings) = (Timeline::default(), Vec::new());
@@ -178,6 +193,8 @@ fn sample() -> ReportData {
             figure("Cut length", 151.7, 1, "mm", None),
             figure("Blocks", 251.0, 0, "", None),
         ],
+        strips: strips(),
+        advice: vec!["more strips, about 3".into()],
         findings: vec![
             Finding {
                 line: Some(46),
@@ -271,4 +288,14 @@ fn outline_follows_the_tool_from_the_tip_to_the_gauge_line() {
         .iter()
         .filter(|[h, r]| ((h - centre.height).hypot(r - centre.radius) - radius).abs() < 1e-12);
     assert!(on_arc.count() >= 10);
+}
+
+#[test]
+fn strips_as_planned_are_listed_with_what_limits_them() {
+    let page = html(&sample()).unwrap();
+    assert!(page.contains("Strips as planned"));
+    assert!(page.contains("<td class=\"num\">2.345</td><td class=\"num\">1.250</td>"));
+    assert_eq!(page.matches("<td>curvature along the flank</td>").count(), 2);
+    assert!(page.contains("<li>more strips, about 3</li>"));
+    assert!(!html(&ReportData { strips: Vec::new(), ..sample() }).unwrap().contains("Strips as planned"));
 }

@@ -93,6 +93,24 @@ impl Tool {
         Ok(Self { number, kind: shape.kind().to_owned(), flutes, shank, holder, flute_length, gauge_length })
     }
 
+    /// What is above the flutes, as it was given.
+    pub fn fixture(&self) -> Fixture {
+        let top = self.flutes.last().map_or(at(0.0, 0.0), Element::end);
+        let shank = self.shank.last().map(|element| element.end().radius).filter(|radius| *radius != top.radius);
+        let profile = self.holder.iter().filter(|element| element.start().radius > 0.0);
+        let first = profile.clone().next().map(Element::start);
+        Fixture {
+            shank_diameter: shank.map(|radius| 2.0 * radius),
+            gauge_length: self.gauge_length,
+            holder: first.into_iter().chain(profile.map(Element::end)).collect(),
+        }
+    }
+
+    /// The same shank and holder on other flutes. Where the flutes had the shank's diameter, it follows theirs.
+    pub fn with_flutes(&self, shape: &CutterShape) -> Result<Self, ToolError> {
+        Self::new(self.number, shape, &self.fixture())
+    }
+
     /// The cutting profile, from the axis at the tip upward.
     pub fn flutes(&self) -> &[Element] {
         &self.flutes

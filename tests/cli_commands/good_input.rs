@@ -9,7 +9,14 @@ fn run_writes_path_program_figures_and_report() {
     let call = shop.call(&["run", "job.toml", "--out", "made/here"]);
     assert_eq!((call.status, call.err.as_str()), (0, ""), "{}", call.out);
     assert!(call.out.contains("verdict     pass"), "{}", call.out);
-    let wanted = ["made", "made/here", "made/here/path.cl", "made/here/program.ngc", "made/here/report.html"];
+    let wanted = [
+        "made",
+        "made/here",
+        "made/here/path.cl",
+        "made/here/plan.json",
+        "made/here/program.ngc",
+        "made/here/report.html",
+    ];
     let rest = ["made/here/verify.json", "job.toml", "patch.json"];
     let mut wanted: Vec<_> = wanted.iter().chain(&rest).map(ToString::to_string).collect();
     wanted.sort();

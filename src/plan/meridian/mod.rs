@@ -18,8 +18,9 @@ pub use problem::MeridianWeights;
 pub use radius::{FREE_COEFFICIENTS, MeridianFamily, RadiusFunction, RadiusJet};
 
 use super::chart::Chart;
+use super::explain::{self, Planned};
 use super::layout::{orient, runs_along_u};
-use super::{Deviation, Observer, Plan, PlanRequest, Strategy, StrategyKind, StripReport};
+use super::{Deviation, Observer, Plan, PlanRequest, Strategy, StrategyKind};
 use crate::diagnostic::{Diagnostic, Result};
 use crate::motion::{RuledMotion, ToolPath, ToolSummary};
 use crate::part::Part;
@@ -213,13 +214,22 @@ pub fn plan_found(request: &PlanRequest<'_>, found: &FoundTool) -> Result<Plan> 
         undercut_tolerance: request.undercut_tolerance,
         passes,
     };
-    let strips: Vec<StripReport> =
-        found.sweeps.iter().map(|sweep| super::report(&sweep.motion, sweep.deviation, found.steps)).collect();
+    let planned = found.sweeps.iter().map(|sweep| Planned {
+        motion: sweep.motion.clone(),
+        deviation: sweep.deviation,
+        steps: found.steps,
+    });
+    let planned: Vec<Planned> = planned.collect();
+    let strips = explain::reports(request, request.tool, &form.spline, &planned, false);
+    let verdict = explain::verdict(request, &strips, 0.0);
     Ok(Plan {
         path,
         strips,
+        verdict,
         surface_fit_error: found.surface_fit_error,
         interrupted: request.observer.stopped(),
         found: None,
+        tool: None,
+        rajain: None,
     })
 }

@@ -5,18 +5,12 @@ use crate::geometry::Vector;
 use crate::motion::{Pass, RuledMotion};
 use crate::plan::PlanRequest;
 use crate::plan::chart::Chart;
-use crate::plan::link::{LinkSizes, Obstacles, link};
+use crate::plan::link;
 
 /// Joins the sweeps' motions into passes.
 pub(super) fn passes(request: &PlanRequest<'_>, chart: &Chart<'_>, motions: &[RuledMotion]) -> Result<Vec<Pass>> {
-    let obstacles = Obstacles::of(request.part).ok_or_else(|| Diagnostic::error("the part's surface has no points"))?;
-    let sizes = LinkSizes {
-        lead: request.strategy.lead.unwrap_or_else(|| request.tool.max_radius()),
-        stand_off: request.strategy.stand_off.unwrap_or(2.0),
-        clearance: 10.0,
-    };
     let normals = motions.iter().map(|motion| end_normals(chart, motion)).collect::<Result<Vec<_>>>()?;
-    link(motions, &normals, request.tool, &obstacles, &sizes)
+    link::passes(request, request.tool, motions, &normals)
 }
 
 fn end_normals(chart: &Chart<'_>, motion: &RuledMotion) -> Result<(Vector, Vector)> {
