@@ -76,7 +76,7 @@ mod tests {
                 let a = Point::new(t, t.sin(), 0.3 * t);
                 // Lengths vary by a hundredth, as an optimizer may leave them.
                 let d = Vector::new(0.1 * t.cos(), 0.2, 1.0).normalize() * (2.0 + 0.02 * t.sin());
-                Axis { a, b: a + d, normals: [Vector::y(); 2], place: (0.0, 0.0) }
+                Axis { a, b: a + d, normals: [Vector::y(); 2], places: [(0.0, 0.0); 2] }
             })
             .collect();
         let motion = motion(&axes, 2.0, 0.4).unwrap();
@@ -92,7 +92,7 @@ mod tests {
     #[test]
     fn positions_that_coincide_have_no_motion() {
         let axis =
-            Axis { a: Point::origin(), b: Point::new(0.0, 0.0, 1.0), normals: [Vector::y(); 2], place: (0.0, 0.0) };
+            Axis { a: Point::origin(), b: Point::new(0.0, 0.0, 1.0), normals: [Vector::y(); 2], places: [(0.0, 0.0); 2] };
         assert!(motion(&[axis; 6], 1.0, 0.0).is_none());
     }
 }

@@ -167,6 +167,11 @@ impl<'a> Guide<'a> {
         value
     }
 
+    /// The surface it is on.
+    pub(super) fn sheet(&self) -> Sheet<'a> {
+        self.sheet
+    }
+
     /// G at a place, mm.
     pub(super) fn level(&self, place: Place) -> f64 {
         self.value(place).g

@@ -9,14 +9,15 @@ use crate::geometry::{Point, Vector};
 use crate::motion::{Pose, RuledMotion};
 use crate::part::DesignSurface;
 use crate::plan::Deviation;
-use crate::tool::{Contact, Tool};
+use crate::tool::{Contact, Element, Tool};
 
 /// Instants at which a strip is measured, for each position of the optimizer.
 const FINER: usize = 4;
 /// Heights of the flank at which it is measured.
 const HEIGHTS: usize = 25;
-/// Spheres sampled on each element of flutes, shank and holder outside the engaged flank.
-const SPHERES: usize = 5;
+/// Distance, mm, at which each element of flutes, shank and holder outside the engaged flank is sampled; each six times
+/// at least, thirty at most.
+const SPACING: f64 = 2.0;
 
 /// The rest of the tool: what must not cut while the engaged part does.
 #[derive(Clone, Debug)]
@@ -31,14 +32,17 @@ impl Rest {
     /// Of a tool whose flank is engaged between two contact heights.
     pub(super) fn of(tool: &Tool, engaged: (f64, f64)) -> Self {
         let spheres = |contact: &Contact| (contact.sphere_height(), contact.sphere_radius());
-        let shares = || (0..=SPHERES).map(|k| k as f64 / SPHERES as f64);
-        let flutes = tool.flutes().iter().flat_map(|element| shares().map(|s| element.contact(s)));
+        let shares = |element: &Element| {
+            let count = (element.length() / SPACING).ceil().clamp(5.0, 30.0) as usize;
+            (0..=count).map(move |k| k as f64 / count as f64)
+        };
+        let flutes = tool.flutes().iter().flat_map(|element| shares(element).map(|s| element.contact(s)));
         let outside = |c: &Contact| c.point.height < engaged.0 - 1e-9 || c.point.height > engaged.1 + 1e-9;
         let flutes = flutes.filter(|c| c.normal_radial > 1e-3 && outside(c)).map(|c| spheres(&c)).collect();
         let body = tool
             .body()
             .filter(|(_, element)| element.length() > 1e-9)
-            .flat_map(|(_, element)| shares().map(|s| element.contact(s).point))
+            .flat_map(|(_, element)| shares(element).map(|s| element.contact(s).point))
             .map(|point| (point.height, point.radius))
             .collect();
         Self { flutes, body }
@@ -59,7 +63,7 @@ impl Rest {
             let centre = pose.at_height(*height);
             let foot = sheet.foot(&centre, near)?;
             near = foot.frame.place;
-            let side = sheet.foot(&toward(&centre, &pose.axis, *radius, &foot.frame.normal)?, near)?;
+            let side = sheet.foot(&toward(&centre, &pose.axis, *radius, &foot.frame.normal), near)?;
             if inside(side.frame.place) {
                 deepest = deepest.max(-side.distance);
             }
@@ -77,9 +81,10 @@ impl Rest {
 }
 
 /// The point of a circle about the axis that is nearest the part.
-fn toward(centre: &Point, axis: &Vector, radius: f64, normal: &Vector) -> Option<Point> {
+fn toward(centre: &Point, axis: &Vector, radius: f64, normal: &Vector) -> Point {
     let across = normal - axis * normal.dot(axis);
-    Some(centre - across.try_normalize(1e-9)? * radius)
+    // Over a part that lies across the axis all of them are as near as the centre.
+    across.try_normalize(1e-9).map_or(*centre, |across| centre - across * radius)
 }
 
 /// A strip's motion on the part.

@@ -35,7 +35,7 @@ use guide::Guide;
 use measure::{Rest, Subject};
 use problem::{Axis, Problem};
 use rayon::prelude::*;
-use sheet::{Sheet, inside};
+use sheet::{Place, Sheet};
 use spheres::{Cone, Flank};
 
 /// Weights of equation 18.
@@ -133,7 +133,7 @@ pub struct RajainFigures {
     pub kinks: (f64, f64),
     /// Positions that fail the distance check of Fig. 4.
     pub colliding: usize,
-    /// Share of the surface outside all strips.
+    /// Share of the surface outside the optimized strips.
     pub bare_share: f64,
     /// Steps of the optimizer.
     pub steps: usize,
@@ -157,15 +157,44 @@ pub(super) struct RajainPlan {
     pub(super) figures: RajainFigures,
 }
 
-/// Plans strips on a surface.
+/// Plans strips on a surface. Where their number is free and rigid strips draw together so far that the surface is no
+/// longer covered, one more is laid.
 pub(super) fn plan(request: &PlanRequest<'_>, spline: &OrientedSpline) -> Result<RajainPlan> {
     let strategy = request.strategy;
-    let settings = &strategy.rajain;
     let sheet = Sheet::new(spline);
-    let flank = Flank::of(request.tool, strategy.engage_from, settings.engagement)?;
+    let flank = Flank::of(request.tool, strategy.engage_from, strategy.rajain.engagement)?;
     let cone = flank.engaged();
-    let (guide, grid) = lay(request, sheet, &cone)?;
-    let (mut problem, mut x) = Problem::new(sheet, &grid, cone, settings.heights, (settings.weights, settings.free));
+    let asked = if strategy.kind == StrategyKind::SingleSweep { Some(1) } else { strategy.strips };
+    let mut count = asked;
+    for attempt in 1.. {
+        let (guide, grid) = lay(request, sheet, &cone, count)?;
+        let fitted = fit(request, &guide, &grid, &cone)?;
+        let enough = asked.is_some() || fitted.bare_share == 0.0 || request.observer.stopped();
+        if enough || attempt == ATTEMPTS {
+            return fitted.emit(request, sheet, &flank);
+        }
+        count = Some(grid.strips.len() + 1);
+    }
+    Err(Diagnostic::error("no number of strips was tried"))
+}
+
+/// Most numbers of strips tried.
+const ATTEMPTS: usize = 3;
+
+/// An optimized grid.
+struct Fitted {
+    axes: Vec<Axis>,
+    strip_of: Vec<usize>,
+    cone: Cone,
+    bare_share: f64,
+    figures: RajainFigures,
+}
+
+/// Minimizes equation 18 over a grid.
+fn fit(request: &PlanRequest<'_>, guide: &Guide<'_>, grid: &Grid, cone: &Cone) -> Result<Fitted> {
+    let settings = &request.strategy.rajain;
+    let weighing = (settings.weights, settings.free);
+    let (mut problem, mut x) = Problem::new(guide.sheet(), grid, *cone, settings.heights, weighing);
     let degenerate = || {
         Diagnostic::error("the tool cannot be laid on the guiding curves: the surface is too curved for it there")
             .help("use a shorter engagement, a slimmer tool, or another direction")
@@ -183,15 +212,8 @@ pub(super) fn plan(request: &PlanRequest<'_>, spline: &OrientedSpline) -> Result
     let outcome = solve::minimize(&mut problem, &mut x, &stopping, watch).ok_or_else(degenerate)?;
     let axes = problem.axes(&x).ok_or_else(degenerate)?;
     let found = problem.cone(&x);
-    let tool = if settings.free.any() { Some(flank.tool_with(&found, request.tool)?) } else { None };
-    let used = tool.as_ref().unwrap_or(request.tool);
-    let flank = match &tool {
-        Some(tool) => Flank::of(tool, None, settings.engagement)?,
-        None => flank,
-    };
-    let emission = Emission { request, sheet, tool: used, flank: &flank, cone: found };
-    let (strips, colliding) = emission.strips(&axes, &problem.strip_of, grid.strips.len())?;
     let (count, positions, heights) = problem.size();
+    let bare_share = bare_share(guide, &axes, &problem.strip_of);
     let figures = RajainFigures {
         strips: count,
         positions,
@@ -203,18 +225,39 @@ pub(super) fn plan(request: &PlanRequest<'_>, spline: &OrientedSpline) -> Result
         lengths: lengths(&axes),
         distance_errors: problem.distance_errors(&x).ok_or_else(degenerate)?,
         kinks: problem.kinks(&x).ok_or_else(degenerate)?,
-        colliding,
-        bare_share: bare_share(&guide, &grid),
+        colliding: 0,
+        bare_share,
         steps: outcome.steps,
     };
-    Ok(RajainPlan { strips, tool, figures })
+    Ok(Fitted { axes, strip_of: problem.strip_of, cone: found, bare_share, figures })
+}
+
+impl Fitted {
+    /// Rigid motions of the tool that was given or found, measured.
+    fn emit(self, request: &PlanRequest<'_>, sheet: Sheet<'_>, flank: &Flank) -> Result<RajainPlan> {
+        let settings = &request.strategy.rajain;
+        let tool = if settings.free.any() { Some(flank.tool_with(&self.cone, request.tool)?) } else { None };
+        let flank = match &tool {
+            Some(tool) => Flank::of(tool, None, settings.engagement)?,
+            None => *flank,
+        };
+        let used = tool.as_ref().unwrap_or(request.tool);
+        let emission = Emission { request, sheet, tool: used, flank: &flank, cone: self.cone };
+        let (strips, colliding) = emission.strips(&self.axes, &self.strip_of, self.figures.strips)?;
+        Ok(RajainPlan { strips, tool, figures: RajainFigures { colliding, ..self.figures } })
+    }
 }
 
 /// Most steps of the optimizer.
 const MOST_STEPS: usize = 200;
 
 /// Guiding curves and grid (section 5).
-fn lay<'a>(request: &PlanRequest<'_>, sheet: Sheet<'a>, cone: &Cone) -> Result<(Guide<'a>, Grid)> {
+fn lay<'a>(
+    request: &PlanRequest<'_>,
+    sheet: Sheet<'a>,
+    cone: &Cone,
+    strips: Option<usize>,
+) -> Result<(Guide<'a>, Grid)> {
     let strategy = request.strategy;
     let settings = &strategy.rajain;
     let source = match (&settings.field, strategy.direction) {
@@ -231,7 +274,6 @@ fn lay<'a>(request: &PlanRequest<'_>, sheet: Sheet<'a>, cone: &Cone) -> Result<(
     let distance = cone.distance();
     let reach = distance + 6.0 * step;
     let guide = Guide::new(sheet, &wish, reach)?;
-    let strips = if strategy.kind == StrategyKind::SingleSweep { Some(1) } else { strategy.strips };
     let laying = Laying { distance, strips, step, forward: strategy.climb };
     let grid = Grid::new(&guide, &laying, cone)?;
     Ok((guide, grid))
@@ -268,16 +310,26 @@ fn lengths(axes: &[Axis]) -> (f64, f64) {
     lengths.fold((f64::INFINITY, 0.0), |(low, high), l| (low.min(l), high.max(l)))
 }
 
-/// Share of the surface, by parameters, that lies outside the outermost guiding curves.
-fn bare_share(guide: &Guide<'_>, grid: &Grid) -> f64 {
-    let level = |row: Option<&std::collections::BTreeMap<i64, grid::GridPoint>>| {
-        row.and_then(|row| row.values().next()).map_or(0.0, |point| guide.level(point.place))
+/// Share of the surface, by parameters, that the optimized strips leave on their outer sides: where G is lower than at the
+/// nearest foot of the first rail, or higher than at the nearest of the last.
+fn bare_share(guide: &Guide<'_>, axes: &[Axis], strip_of: &[usize]) -> f64 {
+    let last = strip_of.last().copied().unwrap_or(0);
+    let rail = |strip: usize, end: usize| -> Vec<(Place, f64)> {
+        let own = axes.iter().zip(strip_of).filter(|(_, s)| **s == strip);
+        own.map(|(axis, _)| (axis.places[end], guide.level(axis.places[end]))).collect()
     };
-    let (low, high) = (level(grid.rows.first()), level(grid.rows.last()));
-    let steps = 100;
+    let (first, last) = (rail(0, 0), rail(last, 1));
+    let level_near = |rail: &[(Place, f64)], at: Place| {
+        let off = |p: &Place| (p.0 - at.0).powi(2) + (p.1 - at.1).powi(2);
+        rail.iter().min_by(|a, b| off(&a.0).total_cmp(&off(&b.0))).map(|(_, level)| *level)
+    };
+    let steps = 60;
     let at = |k: usize| (k as f64 + 0.5) / steps as f64;
-    let places = (0..steps * steps).map(|k| (at(k / steps), at(k % steps)));
-    let bare = places.filter(|place| inside(*place) && !(low - 1e-6..=high + 1e-6).contains(&guide.level(*place)));
+    let bare = (0..steps * steps).map(|k| (at(k / steps), at(k % steps))).filter(|place| {
+        let level = guide.level(*place);
+        level_near(&first, *place).is_some_and(|low| level < low - 1e-6)
+            || level_near(&last, *place).is_some_and(|high| level > high + 1e-6)
+    });
     bare.count() as f64 / (steps * steps) as f64
 }
 
@@ -318,9 +370,9 @@ impl Emission<'_> {
         };
         let contacts = self.flank.engaged_contacts();
         let subject = Subject { sheet: self.sheet, tool: self.tool, engaged: contacts, rest };
-        let deviation = measure::measure(&subject, &motion, ends.0.place, axes.len())?;
-        let normals = measure::end_normals(&self.sheet, &motion, (ends.0.place, ends.1.place))?;
-        let poses: Vec<_> = axes.iter().filter_map(|axis| Some((pose(axis, height)?, axis.place))).collect();
+        let deviation = measure::measure(&subject, &motion, ends.0.places[0], axes.len())?;
+        let normals = measure::end_normals(&self.sheet, &motion, (ends.0.places[0], ends.1.places[0]))?;
+        let poses: Vec<_> = axes.iter().filter_map(|axis| Some((pose(axis, height)?, axis.places[0]))).collect();
         let allowed = self.request.overcut_tolerance;
         let part = self.request.part;
         let around: Vec<&DesignSurface> = part.body.iter().chain(&part.check).collect();

@@ -62,6 +62,13 @@ struct Row {
     weight: f64,
 }
 
+/// What one ruling adds, with its new feet and the least and greatest deviation of its samples.
+struct RulingRows {
+    rows: Vec<Row>,
+    feet: Vec<Place>,
+    spread: (f64, f64),
+}
+
 /// The sum of squares.
 pub(super) struct Problem<'a> {
     sheet: Sheet<'a>,
@@ -91,8 +98,8 @@ pub(super) struct Axis {
     pub(super) b: Point,
     /// Normals of the part below both.
     pub(super) normals: [Vector; 2],
-    /// Place of the part below `a`.
-    pub(super) place: Place,
+    /// Places of the part below both.
+    pub(super) places: [Place; 2],
 }
 
 impl<'a> Problem<'a> {
@@ -199,7 +206,7 @@ impl<'a> Problem<'a> {
         index: usize,
         states: &[NodeState],
         cone: &Cone,
-    ) -> Option<(Vec<Row>, Vec<Place>, (f64, f64))> {
+    ) -> Option<RulingRows> {
         let ruling = &self.rulings[index];
         let ends = ruling.nodes.map(|n| states[n]);
         let first = self.nodes[ruling.nodes[0]].first;
@@ -233,7 +240,7 @@ impl<'a> Problem<'a> {
         if let Some(next) = ruling.next {
             rows.push(self.kink_row(&self.rulings[next], states, cone, (first, &span, (da, db), b_by_r2 - a_by_r2)));
         }
-        Some((rows, feet, spread))
+        Some(RulingRows { rows, feet, spread })
     }
 
     /// Equation 16: both axes that meet over a guiding curve make the same angle with the part's normal there.
@@ -313,7 +320,7 @@ impl<'a> Problem<'a> {
         let axes = self.axes(x)?;
         let (mut most, mut sum, mut count) = (0.0_f64, 0.0, 0);
         for (axis, ruling) in axes.iter().zip(&self.rulings) {
-            let Some(next) = ruling.next.map(|next| axes[next]).filter(|next| inside(next.place)) else { continue };
+            let Some(next) = ruling.next.map(|next| axes[next]).filter(|next| inside(next.places[0])) else { continue };
             let angle = |axis: &Axis| next.normals[0].dot(&(axis.b - axis.a).normalize()).clamp(-1.0, 1.0).acos();
             let kink = (angle(axis) - angle(&next)).abs().to_degrees();
             (most, sum, count) = (most.max(kink), sum + kink, count + 1);
@@ -338,7 +345,7 @@ fn axis_of(ends: &[NodeState; 2], cone: &Cone) -> Axis {
         a: ends[0].m - ends[0].normal * half,
         b: ends[1].m + ends[1].normal * half,
         normals: ends.map(|end| end.normal),
-        place: ends[0].place,
+        places: ends.map(|end| end.place),
     }
 }
 
@@ -365,7 +372,7 @@ impl Bordered for Problem<'_> {
             (0..self.rulings.len()).into_par_iter().map(|index| self.ruling_rows(index, &states, &cone)).collect();
         let mut spread = (f64::INFINITY, f64::NEG_INFINITY);
         for (index, gathered) in gathered.into_iter().enumerate() {
-            let (rows, feet, (low, high)) = gathered?;
+            let RulingRows { rows, feet, spread: (low, high) } = gathered?;
             self.rulings[index].feet = feet;
             spread = (spread.0.min(low), spread.1.max(high));
             for row in rows {
