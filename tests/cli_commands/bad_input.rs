@@ -112,7 +112,7 @@ fn wrong_keys_types_and_sizes_in_a_job() {
         ("kind = \"single-sweep\"", "kind = \"cavity\"", "unknown value \"cavity\"", "job.toml:17:8"),
         ("\"G54\"", "\"G57\"", "has no work offset G57", "job.toml:22:15"),
         ("[feed]", "[feed", "", "job.toml:2"),
-        ("version = 1", "version = 2", "version 2 of the job format", "job.toml:2:11"),
+        ("version = 1", "version = 2", "version 2 of the regulus-job format", "job.toml:2:11"),
     ] {
         shop.job_with(from, to);
         run_refused(&shop, message, place);
