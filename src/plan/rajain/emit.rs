@@ -91,8 +91,12 @@ mod tests {
 
     #[test]
     fn positions_that_coincide_have_no_motion() {
-        let axis =
-            Axis { a: Point::origin(), b: Point::new(0.0, 0.0, 1.0), normals: [Vector::y(); 2], places: [(0.0, 0.0); 2] };
+        let axis = Axis {
+            a: Point::origin(),
+            b: Point::new(0.0, 0.0, 1.0),
+            normals: [Vector::y(); 2],
+            places: [(0.0, 0.0); 2],
+        };
         assert!(motion(&[axis; 6], 1.0, 0.0).is_none());
     }
 }

@@ -201,12 +201,7 @@ impl<'a> Problem<'a> {
     }
 
     /// Residuals of one ruling: rigidity (R12), accuracy (R13) and the kink to the next strip (R16).
-    fn ruling_rows(
-        &self,
-        index: usize,
-        states: &[NodeState],
-        cone: &Cone,
-    ) -> Option<RulingRows> {
+    fn ruling_rows(&self, index: usize, states: &[NodeState], cone: &Cone) -> Option<RulingRows> {
         let ruling = &self.rulings[index];
         let ends = ruling.nodes.map(|n| states[n]);
         let first = self.nodes[ruling.nodes[0]].first;
