@@ -7,9 +7,12 @@
 //! that all its blocks have the same share of error. Ends are measured as the words will be written, rounding included.
 
 use super::axes::{AxisMove, AxisPosition};
+use super::course::{CoursedPass, Courses};
+use super::limits::Excess;
+use super::place::{CONTINUOUS, Stop, whereabouts};
+use super::rewind::Rewinder;
 use super::setup::Setup;
-use super::stations::whereabouts;
-use super::track::{self, CONTINUOUS, Stop};
+use super::track::{Choice, track};
 use crate::diagnostic::{Diagnostic, Result};
 use crate::geometry::Vector;
 use crate::motion::{Pass, PassMotion, Pose, ToolPath};
@@ -47,8 +50,11 @@ pub struct Linearized {
     /// In order; the first goes to where the path starts, from wherever the machine stands.
     pub moves: Vec<AxisMove>,
     /// Largest distance, mm, of the moving flank from the path along the flutes, measured densely on every block of
-    /// passes that are not rapid, rounding of words included.
+    /// passes that are not rapid, rounding of words included. Near a pole, where rulings are slid along the surface of
+    /// the pass, the distance from that surface.
     pub deviation: f64,
+    /// What the choice of branches and turns costs.
+    pub choice: Choice,
 }
 
 /// Chooses branch, turns and block ends for a path on a machine. With `tcp` the words are tip and rotary angles, else
@@ -58,9 +64,9 @@ pub struct Linearized {
 /// # Errors
 /// A pose out of reach or out of limits, no continuous way of the rotary axes, or an allowance smaller than the rounding.
 pub fn linearize(path: &ToolPath, setup: &Setup, tcp: bool, options: &LinearizeOptions) -> Result<Linearized> {
-    let flute = path.tool.flute_length.max(1.0);
-    let pole_radius = POLE_SHARE * path.linearization / flute;
-    let track = track::track(path, setup, pole_radius)?;
+    let pole_radius = slack(path);
+    let courses = Courses::new(path, setup);
+    let track = track(path, &courses, setup, pole_radius)?;
     let stretches = stretches(path, &track.stops);
     let Some(first) = track.stops.first() else {
         return Err(Diagnostic::error("the tool path has no motion").help("plan at least one pass"));
@@ -68,10 +74,10 @@ pub fn linearize(path: &ToolPath, setup: &Setup, tcp: bool, options: &LinearizeO
     let solved: Vec<Result<(Vec<AxisMove>, f64)>> = stretches
         .par_iter()
         .map(|stretch| {
-            let pass = &path.passes[stretch.pass];
-            let allowance = if pass.kind.is_rapid() { options.rapid_deviation } else { path.linearization };
-            let cutter = Cutter { path, setup, tcp, options, pole_radius, pass, stretch, allowance };
-            cutter.blocks()
+            let Some(course) = courses.get(stretch.pass) else { return Ok((Vec::new(), 0.0)) };
+            let rapid = course.pass.kind.is_rapid();
+            let allowance = if rapid { options.rapid_deviation } else { path.linearization - course.slid_by };
+            Cutter { path, courses: &courses, setup, tcp, options, pole_radius, course, stretch, allowance }.blocks()
         })
         .collect();
     let start = &path.passes[first.pass];
@@ -85,7 +91,28 @@ pub fn linearize(path: &ToolPath, setup: &Setup, tcp: bool, options: &LinearizeO
         deviation = deviation.max(worst);
     }
     inside_limits(path, setup, &moves)?;
-    Ok(Linearized { moves, deviation })
+    Ok(Linearized { moves, deviation, choice: track.choice })
+}
+
+/// The axis positions at the corners and knots of a path and at places between, with branch and turns chosen over the
+/// whole path, and what the choice costs; where the tool leaves the part to turn back, two follow each other.
+///
+/// # Errors
+/// As for [`linearize`], but for the rounding.
+pub fn axis_positions(path: &ToolPath, setup: &Setup) -> Result<(Vec<AxisPosition>, Choice)> {
+    let courses = Courses::new(path, setup);
+    let track = track(path, &courses, setup, slack(path))?;
+    let position = |stop: &Stop| {
+        let pose = courses.get(stop.pass).and_then(|course| course.pose(stop.t))?;
+        Some(setup.with_rotary(&pose.tip, stop.rotary))
+    };
+    Ok((track.stops.iter().filter_map(position).collect(), track.choice))
+}
+
+/// How near to the pole the axis may be held in it, and by how much a rotary axis that stands still may miss a direction,
+/// radians.
+fn slack(path: &ToolPath) -> f64 {
+    POLE_SHARE * path.linearization / path.tool.flute_length.max(1.0)
 }
 
 /// The axis positions that the rounded words of a position command.
@@ -97,12 +124,12 @@ fn rounded(setup: &Setup, axes: &AxisPosition, tcp: bool) -> AxisPosition {
 
 /// The track kept its stops inside the limits; ends between them and rounded ones must be inside, too.
 fn inside_limits(path: &ToolPath, setup: &Setup, moves: &[AxisMove]) -> Result<()> {
-    let outside = moves.iter().find_map(|step| Some((step, track::excess(setup.machine(), &step.to)?)));
+    let outside = moves.iter().find_map(|step| Some((step, Excess::of(setup.machine(), &step.to)?)));
     match outside {
         None => Ok(()),
         Some((step, needs)) => {
             let place = whereabouts(path, step.pass, &step.pose);
-            Err(Diagnostic::error(format!("{place} is out of reach: {needs}")).help(track::MORE_ROOM))
+            Err(Diagnostic::error(format!("{place} is out of reach: {needs}")).help(needs.remedy()))
         }
     }
 }
@@ -113,6 +140,8 @@ struct Stretch<'a> {
     stops: &'a [Stop],
     /// A turn in place, or a change of branch or turns on a rapid: one block, not measured against the path.
     direct: bool,
+    /// A way out of the part, a turn, and the way back.
+    rewound: bool,
 }
 
 /// Cuts the stops into stretches at corners, turns in place, and changes of branch.
@@ -133,7 +162,7 @@ fn stretches<'a>(path: &ToolPath, stops: &'a [Stop]) -> Vec<Stretch<'a>> {
         });
         let pass_ends = next.is_none_or(|next| next.pass != to.pass);
         if direct || corner || next_direct || pass_ends {
-            stretches.push(Stretch { pass: to.pass, stops: &stops[start..index + 2], direct });
+            stretches.push(Stretch { pass: to.pass, stops: &stops[start..index + 2], direct, rewound: to.rewound });
             start = index + 1;
         }
     }
@@ -155,11 +184,12 @@ fn corners(pass: &Pass) -> Vec<f64> {
 /// Cuts one stretch into blocks.
 struct Cutter<'a> {
     path: &'a ToolPath,
+    courses: &'a Courses<'a>,
     setup: &'a Setup,
     tcp: bool,
     options: &'a LinearizeOptions,
     pole_radius: f64,
-    pass: &'a Pass,
+    course: &'a CoursedPass<'a>,
     stretch: &'a Stretch<'a>,
     allowance: f64,
 }
@@ -174,7 +204,10 @@ struct End {
 impl Cutter<'_> {
     fn blocks(&self) -> Result<(Vec<AxisMove>, f64)> {
         let [first, .., last] = self.stretch.stops else { return Ok((Vec::new(), 0.0)) };
-        let low = if first.pass == self.stretch.pass { first.t } else { self.pass.motion.domain().0 };
+        if self.stretch.rewound {
+            return Ok((self.rewind(first, last)?, 0.0));
+        }
+        let low = if first.pass == self.stretch.pass { first.t } else { self.course.pass.motion.domain().0 };
         let start = End { t: low, axes: self.rounded(&self.at_stop(first)?) };
         let end = End { t: last.t, axes: self.rounded(&self.at_stop(last)?) };
         if self.stretch.direct {
@@ -187,7 +220,18 @@ impl Cutter<'_> {
             worst = worst.max(self.certify(&from, &to, &mut moves)?);
             from = to;
         }
-        Ok((moves, if self.pass.kind.is_rapid() { 0.0 } else { worst }))
+        Ok((moves, if self.course.pass.kind.is_rapid() { 0.0 } else { worst + self.course.slid_by }))
+    }
+
+    /// The blocks of a way out of the part, a turn, and the way back.
+    fn rewind(&self, from: &Stop, to: &Stop) -> Result<Vec<AxisMove>> {
+        let no_place = || Diagnostic::error("the tool path has no place to turn back").help("plan at least one pass");
+        let rewinder = Rewinder::new(self.path, self.courses, self.setup).ok_or_else(no_place)?;
+        let block = |axes: &AxisPosition, kind| {
+            let to = self.rounded(axes);
+            AxisMove { to, pose: self.setup.forward(&to), kind, pass: self.stretch.pass }
+        };
+        Ok(rewinder.maneuver(from, to)?.iter().map(|way| block(&way.axes, way.kind)).collect())
     }
 
     /// Measures a block densely and halves it as long as it leaves the allowance; appends what results and returns the
@@ -207,7 +251,12 @@ impl Cutter<'_> {
     }
 
     fn step(&self, end: &End) -> AxisMove {
-        AxisMove { to: end.axes, pose: self.setup.forward(&end.axes), kind: self.pass.kind, pass: self.stretch.pass }
+        AxisMove {
+            to: end.axes,
+            pose: self.setup.forward(&end.axes),
+            kind: self.course.pass.kind,
+            pass: self.stretch.pass,
+        }
     }
 
     fn rounded(&self, axes: &AxisPosition) -> AxisPosition {
@@ -215,15 +264,12 @@ impl Cutter<'_> {
     }
 
     fn pose(&self, t: f64) -> Result<Pose> {
-        self.pass.motion.pose(t).ok_or_else(|| {
-            Diagnostic::error(format!("pass {} has no tool axis at parameter {t}", self.stretch.pass))
-                .help("keep the two rails of a pass apart")
-        })
+        self.course.pose_of(self.path, self.stretch.pass, t)
     }
 
     /// Axis positions at a stop, which may be the end of the pass before.
     fn at_stop(&self, stop: &Stop) -> Result<AxisPosition> {
-        let pose = self.path.passes.get(stop.pass).and_then(|pass| pass.motion.pose(stop.t));
+        let pose = self.courses.get(stop.pass).and_then(|course| course.pose(stop.t));
         let tip = pose.map_or_else(|| self.pose(stop.t), Ok)?.tip;
         Ok(self.setup.with_rotary(&tip, stop.rotary))
     }
@@ -234,15 +280,23 @@ impl Cutter<'_> {
         let after =
             stops.partition_point(|stop| stop.pass != self.stretch.pass || stop.t < t).clamp(1, stops.len() - 1);
         let (before, after) = (&stops[after - 1], &stops[after]);
-        let low = if before.pass == self.stretch.pass { before.t } else { self.pass.motion.domain().0 };
+        let low = if before.pass == self.stretch.pass { before.t } else { self.course.pass.motion.domain().0 };
         let share = if after.t > low { ((t - low) / (after.t - low)).clamp(0.0, 1.0) } else { 1.0 };
         let near = std::array::from_fn(|k| before.rotary[k] + (after.rotary[k] - before.rotary[k]) * share);
         let pose = self.pose(t)?;
-        let axes = if self.setup.pole_distance(&pose.axis) < self.pole_radius {
+        let stands = self.setup.machine().rotary.each_ref().map(|axis| !axis.is_continuous());
+        let axes = if stands == [true; 2] || self.setup.near_pole(&pose.axis, self.pole_radius) {
             self.setup.with_rotary(&pose.tip, near)
         } else {
             // The stops are all reachable; between them a direction may miss by rounding only.
-            self.setup.inverse_near(&pose, near).unwrap_or_else(|| self.setup.with_rotary(&pose.tip, near))
+            let axes = self.setup.inverse_near(&pose, near).unwrap_or_else(|| self.setup.with_rotary(&pose.tip, near));
+            match stands {
+                [false, false] => axes,
+                _ => {
+                    let rotary = std::array::from_fn(|k| if stands[k] { near[k] } else { axes.rotary[k] });
+                    self.setup.with_rotary(&pose.tip, rotary)
+                }
+            }
         };
         Ok(End { t, axes: self.rounded(&axes) })
     }
@@ -391,17 +445,7 @@ impl Cutter<'_> {
 
     /// Pose, and rates of tip and top of the flutes, mm per unit of parameter.
     fn rate(&self, t: f64) -> Option<(Pose, Vector, Vector)> {
-        match &self.pass.motion {
-            PassMotion::Ruled(motion) => {
-                let rate = motion.pose_rate(t)?;
-                Some((rate.pose, rate.tip_rate, rate.tip_rate + rate.axis_rate * self.flute()))
-            }
-            motion @ PassMotion::Poses(_) => {
-                let step = 1e-6;
-                let (pose, after, before) = (motion.pose(t)?, motion.pose(t + step)?, motion.pose(t - step)?);
-                let top = after.at_height(self.flute()) - before.at_height(self.flute());
-                Some((pose, (after.tip - before.tip) / (2.0 * step), top / (2.0 * step)))
-            }
-        }
+        let rate = self.course.rate(t)?;
+        Some((rate.pose, rate.tip_rate, rate.tip_rate + rate.axis_rate * self.flute()))
     }
 }

@@ -5,16 +5,26 @@ pub mod axes;
 mod builtin;
 pub mod check;
 pub mod control;
+mod course;
+#[cfg(test)]
+mod course_tests;
 mod file;
 mod file_reader;
 mod file_rotary;
 #[cfg(test)]
 mod file_tests;
+mod layer;
+mod legs;
+mod limits;
 pub mod linearize;
 pub mod model;
 #[cfg(test)]
 pub(crate) mod path_tests;
+mod place;
 pub mod reach;
+mod rewind;
+#[cfg(test)]
+mod rewind_tests;
 mod rotaries;
 pub mod schema;
 pub mod setup;
@@ -32,9 +42,10 @@ pub use control::{
     Control, Dialect, DialectOptions, FeedMode, InverseTimeUnit, LengthUnit, OrientationWords, PointRule, Rollover,
     TcpInterpolation, WorkOffset,
 };
-pub use linearize::{LinearizeOptions, Linearized, linearize};
+pub use linearize::{LinearizeOptions, Linearized, axis_positions, linearize};
 pub use model::{AxisZero, Carrier, LinearAxis, Machine, RotaryAxis, RotaryMotion, Sense, Spindle, Travel};
 pub use reach::{ReachMap, Ways};
 pub use schema::schema;
 pub use setup::{Interpolation, InverseSolutions, Segment, Setup, Unreachable, unwind};
 pub use templates::{FIELDS as TEMPLATE_FIELDS, Template, Templates, environment as template_environment};
+pub use track::Choice;

@@ -115,6 +115,12 @@ impl Rotaries {
         2.0 * (near.min(far) / 2.0).min(1.0).asin()
     }
 
+    /// Whether the tool axis lies within a small angle, radians, of the pole: chord and angle are then the same.
+    pub(super) fn near_pole(&self, axis: &Direction, angle: f64) -> bool {
+        let d = axis.into_inner();
+        (self.first - d).norm_squared().min((self.first + d).norm_squared()) < angle * angle
+    }
+
     /// The turns for a direction; or by how much, in radians, it misses what the axes can make.
     pub(super) fn solve(&self, axis: &Direction) -> Result<Orientations, f64> {
         let d = axis.into_inner();

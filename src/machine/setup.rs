@@ -174,6 +174,11 @@ impl Setup {
         self.rotaries.pole_distance(axis)
     }
 
+    /// Whether a tool axis lies within a small angle, radians, of the line of the pole.
+    pub(super) fn near_pole(&self, axis: &Direction, angle: f64) -> bool {
+        self.rotaries.near_pole(axis, angle)
+    }
+
     /// How the control of this machine gets from one block's end to the next in programs written for it, with TCP on or
     /// off.
     pub fn interpolation(&self, tcp: bool) -> Interpolation {

@@ -1,9 +1,11 @@
 //! Poses along a tool path, close enough together that both branches of the inverse kinematics can be followed from one
 //! to the next. Uses `diagnostic` and `motion`.
 
+use super::course::{CoursedPass, Courses};
+use super::place::whereabouts;
 use super::setup::{InverseSolutions, Setup, Unreachable, unwind};
 use crate::diagnostic::{Diagnostic, Result};
-use crate::motion::{Pass, PassKind, Pose, ToolPath};
+use crate::motion::{PassKind, PassMotion, Pose, ToolPath};
 
 /// Largest turn of the tool axis between neighbouring stations, radians.
 const AXIS_STEP: f64 = 0.035;
@@ -41,28 +43,10 @@ impl Station {
     }
 }
 
-/// Names a pose of a path for a message.
-pub(super) fn whereabouts(path: &ToolPath, pass: usize, pose: &Pose) -> String {
-    let strip = path.passes.get(pass).and_then(|p| p.strip).map(|s| format!(", strip {s}")).unwrap_or_default();
-    let kind = match path.passes.get(pass).map(|p| p.kind) {
-        Some(PassKind::Cut) => "cut",
-        Some(PassKind::LeadIn) => "lead-in",
-        Some(PassKind::LeadOut) => "lead-out",
-        Some(PassKind::Approach) => "approach",
-        Some(PassKind::Retract) => "retract",
-        Some(PassKind::Rapid) => "rapid",
-        None => "no pass",
-    };
-    let (tip, axis) = (pose.tip, pose.axis);
-    format!(
-        "pass {pass} ({kind}{strip}) at tip [{:.3}, {:.3}, {:.3}], axis [{:.5}, {:.5}, {:.5}]",
-        tip.x, tip.y, tip.z, axis.x, axis.y, axis.z
-    )
-}
-
 /// Makes the stations of one pass after another.
 pub(super) struct Surveyor<'a> {
     pub(super) path: &'a ToolPath,
+    pub(super) courses: &'a Courses<'a>,
     pub(super) setup: &'a Setup,
     /// Below this angle to the pole the first axis is free, radians.
     pub(super) pole_radius: f64,
@@ -72,7 +56,7 @@ impl Surveyor<'_> {
     /// The stations of the whole path. A pass begins with the last station of the pass before.
     pub(super) fn survey(&self) -> Result<Vec<Station>> {
         let mut stations: Vec<Station> = Vec::new();
-        for (index, pass) in self.path.passes.iter().enumerate() {
+        for (index, pass) in (0..).map_while(|index| Some((index, self.courses.get(index)?))) {
             let parameters = marks(pass);
             let Some(start) = parameters.first() else { continue };
             let mut last = self.station(index, pass, *start)?;
@@ -103,14 +87,11 @@ impl Surveyor<'_> {
             .help("join the passes by a link"))
     }
 
-    fn station(&self, index: usize, pass: &Pass, t: f64) -> Result<Station> {
-        let Some(pose) = pass.motion.pose(t) else {
-            return Err(Diagnostic::error(format!("pass {index} has no tool axis at parameter {t}"))
-                .help("keep the two rails of a pass apart"));
-        };
+    fn station(&self, index: usize, pass: &CoursedPass<'_>, t: f64) -> Result<Station> {
+        let pose = pass.pose_of(self.path, index, t)?;
         let solutions = self.setup.inverse(&pose).map_err(|e| self.unreachable(index, &pose, e))?;
-        let free = solutions.free.is_some() || self.setup.pole_distance(&pose.axis) < self.pole_radius;
-        Ok(Station { pass: index, kind: pass.kind, t, pose, solutions, free })
+        let free = solutions.free.is_some() || self.setup.near_pole(&pose.axis, self.pole_radius);
+        Ok(Station { pass: index, kind: pass.pass.kind, t, pose, solutions, free })
     }
 
     fn unreachable(&self, pass: usize, pose: &Pose, error: Unreachable) -> Box<Diagnostic> {
@@ -128,7 +109,14 @@ impl Surveyor<'_> {
     }
 
     /// Appends `to` and what is needed between.
-    fn refine(&self, from: &Station, to: &Station, pass: &Pass, depth: u32, out: &mut Vec<Station>) -> Result<()> {
+    fn refine(
+        &self,
+        from: &Station,
+        to: &Station,
+        pass: &CoursedPass<'_>,
+        depth: u32,
+        out: &mut Vec<Station>,
+    ) -> Result<()> {
         let mid = from.t + (to.t - from.t) / 2.0;
         if depth < DEEPEST && mid > from.t && mid < to.t && !near_enough(from, to) {
             let mid = self.station(to.pass, pass, mid)?;
@@ -155,13 +143,16 @@ fn near_enough(from: &Station, to: &Station) -> bool {
     }
 }
 
-/// Parameters of corners and knots of a pass, with points between where the axis turns.
-fn marks(pass: &Pass) -> Vec<f64> {
-    let breaks = pass.motion.breaks();
+/// Parameters of corners and knots of a pass, with points between where the axis turns other than along great circles.
+fn marks(pass: &CoursedPass<'_>) -> Vec<f64> {
+    let breaks = pass.breaks();
+    if let PassMotion::Poses(_) = pass.pass.motion {
+        return breaks;
+    }
     let mut marks = Vec::with_capacity(breaks.len() * FEWEST);
     for pair in breaks.windows(2) {
         let [low, high] = *pair else { continue };
-        let turn = match (pass.motion.pose(low), pass.motion.pose((low + high) / 2.0), pass.motion.pose(high)) {
+        let turn = match (pass.pose(low), pass.pose((low + high) / 2.0), pass.pose(high)) {
             (Some(a), Some(b), Some(c)) => a.axis_angle(&b) + b.axis_angle(&c),
             _ => 0.0,
         };

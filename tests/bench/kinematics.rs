@@ -3,8 +3,8 @@
 use divan::Bencher;
 use divan::counter::ItemsCount;
 use regulus::geometry::{Direction, Point, Vector};
-use regulus::machine::{AxisPosition, Machine, Setup};
-use regulus::motion::Pose;
+use regulus::machine::{AxisPosition, Machine, Setup, axis_positions};
+use regulus::motion::{FeedReference, Pass, PassKind, PassMotion, Pose, ToolPath, ToolSummary};
 
 /// Poses of a run.
 const POSES: usize = 100_000;
@@ -45,6 +45,27 @@ fn inverse(bencher: Bencher<'_, '_>, name: &str) {
         };
         poses.iter().fold(0.0, sum)
     });
+}
+
+/// A whole path, branch and turns chosen over all of it.
+#[divan::bench(args = MACHINES)]
+fn whole_path(bencher: Bencher<'_, '_>, name: &str) {
+    let setup = setup(name);
+    let pass = Pass { kind: PassKind::Cut, strip: Some(0), motion: PassMotion::Poses(poses()) };
+    let path = ToolPath {
+        name: "bench".into(),
+        tool: ToolSummary { number: 1, description: "bench".into(), gauge_length: 120.0, flute_length: 40.0 },
+        cut_feed: 600.0,
+        feed_reference: FeedReference::Mid,
+        spindle_rpm: 8000.0,
+        linearization: 0.001,
+        overcut_tolerance: 0.005,
+        undercut_tolerance: 0.02,
+        passes: vec![pass],
+    };
+    bencher
+        .counter(ItemsCount::new(POSES))
+        .bench(|| axis_positions(&path, &setup).map(|(positions, _)| positions.len()));
 }
 
 /// The pose of every axis position.
