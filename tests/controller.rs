@@ -17,7 +17,8 @@ mod tests {
     use crate::compare::{fastest_at_feed, joint_motion, joints, largest_step, way};
     use crate::emitted::Emitted;
     use crate::rig::{CanonicalMove, Rig, Sample, present};
-    use regulus::machine::DialectOptions;
+    use regulus::geometry::{Point, Vector};
+    use regulus::machine::{DialectOptions, Machine};
     use regulus::nc::program::{Frame, Program, Way};
     use regulus::nc::{FindingCode, Rules, read};
     use regulus::simulate::simulate;
@@ -155,23 +156,64 @@ mod tests {
         if !present("every_meaning_of_m428") {
             return;
         }
-        let usual = Emitted::new("xyzac-trt", true);
-        for (identity_first, m428_selects) in [(true, 1), (true, 0), (false, 1)] {
-            let m428_is_tcp = identity_first == (m428_selects == 1);
-            let change = |options: &mut DialectOptions| {
-                options.tcp_at_start = !identity_first;
-                let (on, off) = if m428_is_tcp { ("M428", "M429") } else { ("M429", "M428") };
-                (options.tcp_on, options.tcp_off) = (Some(on.into()), Some(off.into()));
-            };
-            let emitted = Emitted::with("xyzac-trt", true, change);
-            let rig = Rig { identity_first, m428_selects, ..emitted.rig() };
-            let samples = play(&rig, &emitted.text);
-            assert_moves_alike(&emitted, &samples);
-            if !m428_is_tcp {
-                // A machine file that has it the wrong way round is found out.
-                let wrong = way(&usual.motion, &play(&rig, &usual.text));
-                assert!(wrong.off.mm > 10.0, "{wrong:?}");
+        for name in ["xyzac-trt", "xyzbc-trt", "bridgemill"] {
+            let usual = Emitted::new(name, true);
+            for (identity_first, m428_selects) in [(true, 1), (true, 0), (false, 1)] {
+                let m428_is_tcp = identity_first == (m428_selects == 1);
+                let change = |options: &mut DialectOptions| {
+                    options.tcp_at_start = !identity_first;
+                    let (on, off) = if m428_is_tcp { ("M428", "M429") } else { ("M429", "M428") };
+                    (options.tcp_on, options.tcp_off) = (Some(on.into()), Some(off.into()));
+                };
+                let emitted = Emitted::with(name, true, change);
+                let rig = Rig { identity_first, m428_selects, ..emitted.rig() };
+                let samples = play(&rig, &emitted.text);
+                assert_moves_alike(&emitted, &samples);
+                if !m428_is_tcp {
+                    // A machine file that has it the wrong way round is found out.
+                    let wrong = way(&usual.motion, &play(&rig, &usual.text));
+                    assert!(wrong.off.mm > 10.0, "{wrong:?}");
+                }
             }
+        }
+    }
+
+    /// Pivots, offsets between the axes and places of the part, each as the machine file and the controller name them.
+    #[test]
+    fn many_pivots_and_offsets() {
+        if !present("many_pivots_and_offsets") {
+            return;
+        }
+        type Change = Box<dyn Fn(&mut Machine)>;
+        let head = |pivot: f64| -> (&str, Change, Vec<(&'static str, f64)>) {
+            let change = move |machine: &mut Machine| machine.rotary.iter_mut().for_each(|axis| axis.pivot.z = pivot);
+            ("bridgemill", Box::new(change), vec![("pivot", pivot)])
+        };
+        let trunnion =
+            |name: &'static str, [x, y, z]: [f64; 3], side: f64, up: f64| -> (&str, Change, Vec<(&'static str, f64)>) {
+                let tilts_about_x = name == "xyzac-trt";
+                let change = move |machine: &mut Machine| {
+                    let aside = if tilts_about_x { Vector::new(0.0, side, up) } else { Vector::new(side, 0.0, up) };
+                    machine.rotary[1].pivot = Point::new(x, y, z);
+                    machine.rotary[0].pivot = Point::new(x, y, z) + aside;
+                };
+                let beside = if tilts_about_x { "y-offset" } else { "x-offset" };
+                let numbers =
+                    [("x-rot-point", x), ("y-rot-point", y), ("z-rot-point", z), (beside, side), ("z-offset", up)];
+                (name, Box::new(change), numbers.into())
+            };
+        let cases = [
+            (head(75.5), [0.0; 3]),
+            (head(331.25), [-80.0, 45.0, -30.0]),
+            (head(412.5), [120.0, 60.0, 25.0]),
+            (trunnion("xyzac-trt", [-12.0, 30.5, -8.0], -17.5, 42.0), [-40.0, 25.0, 60.0]),
+            (trunnion("xyzac-trt", [0.0; 3], 0.0, 0.0), [10.0, 0.0, -5.0]),
+            (trunnion("xyzbc-trt", [20.0, -3.0, 55.0], 33.0, -21.0), [15.0, 70.0, -10.0]),
+        ];
+        for ((name, change, geometry), offset) in cases {
+            let emitted = Emitted::on(name, true, offset, change);
+            let rig = Rig { geometry, ..emitted.rig() };
+            assert_moves_alike(&emitted, &play(&rig, &emitted.text));
         }
     }
 

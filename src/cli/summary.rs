@@ -101,6 +101,10 @@ pub(super) fn of_program(posted: &Posted) -> String {
         "program     {} moves, flank within {:.5} mm of the tool path between blocks\n",
         posted.moves, posted.linearization
     );
+    if posted.rewinds > 0 {
+        let _ =
+            writeln!(text, "  rewinds {}: there the tool leaves the part while rotary axes turn back", posted.rewinds);
+    }
     if let Some(first) = posted.slowed.first() {
         let _ = writeln!(
             text,

@@ -39,6 +39,8 @@ pub struct Posted {
     pub moves: usize,
     /// Largest distance of the flank from the tool path between blocks, rounding included, mm.
     pub linearization: f64,
+    /// How often the tool leaves the part to turn rotary axes back.
+    pub rewinds: usize,
     /// Lines whose feed a ceiling of the control lowers.
     pub slowed: Vec<usize>,
     /// Seconds lost to rounding and ceilings of the feed words.
@@ -114,6 +116,7 @@ pub fn post(request: &PostRequest<'_>) -> Result<Posted> {
         extension: machine.control.dialect.extension(),
         moves: moves.len(),
         linearization: linearized.deviation,
+        rewinds: linearized.choice.rewinds,
         slowed: written.slowed,
         lost: written.lost,
     })

@@ -201,6 +201,35 @@ fn poses_out_of_reach() {
     run_refused(&shop, "axis X would have to stand at", "beyond its limit -1000");
 }
 
+/// A tool path of one cut through poses.
+fn cut(poses: &str) -> String {
+    let tool = r#"{"number":1,"description":"t","gauge_length":100.0,"flute_length":40.0}"#;
+    let rest = r#""cut_feed":600.0,"feed_reference":"mid","spindle_rpm":8000.0,"linearization":0.001"#;
+    let head = format!(r#"{{"format":"regulus-cl","version":1,"name":"t","tool":{tool},{rest}"#);
+    let tolerance = r#""tolerance":{"overcut":0.01,"undercut":0.02}"#;
+    format!(r#"{head},{tolerance},"passes":[{{"kind":"cut","strip":0,"poses":[{poses}]}}]}}"#)
+}
+
+#[test]
+fn paths_that_a_machine_cannot_follow() {
+    let shop = Workshop::new();
+    let post = |machine: &str| shop.call(&["post", "path.cl", "--machine", machine, "--out", "p.nc"]);
+    shop.write("path.cl", cut("[0,0,10,0,0,1],[10,0,10,0.6,0,0.8]"));
+    post("four-axis-a").refused("for which the machine has no axis", "mount the part tilted");
+    // Five turns of the axis, on a C axis that has 380 degrees and a Z axis with no room above.
+    let spiral = (0..=100).map(|i| {
+        let (sin, cos) = (f64::from(i) * 0.314).sin_cos();
+        format!("[{},{},{},{},{},0.8]", 60.0 * cos, 60.0 * sin, 20.0, 0.6 * cos, 0.6 * sin)
+    });
+    shop.write("path.cl", cut(&spiral.collect::<Vec<_>>().join(",")));
+    let huron = shop.call(&["machine", "show", "huron-kx100"]).out;
+    shop.write("low.toml", huron.replacen("[-1000, 0]", "[-1000, -840]", 1));
+    post("low.toml").refused("no room to leave the part, turn back and come again: axis Z", "beyond its limit -840");
+    // With room it is left and turned back as often as it takes.
+    assert_eq!(post("huron-kx100").status, 0);
+    assert!(post("huron-kx100").out.contains("rewinds"));
+}
+
 #[test]
 fn programs_with_unknown_words_get_no_verdict_unless_told() {
     let shop = Workshop::new();

@@ -28,13 +28,13 @@ pub(crate) struct Emitted {
     pub(crate) deviation: DeviationRecord,
 }
 
-/// The job on a machine; `change` says what its control has other than its file says.
-fn inputs(name: &str, tcp: bool, change: impl Fn(&mut DialectOptions)) -> Inputs {
-    let text = JOB.replace("MACHINE", name).replace("OFFSET", &format!("{OFFSET:?}")).replace("TCP", &tcp.to_string());
+/// The job on a machine; `change` says what it has other than its file says.
+fn inputs(name: &str, tcp: bool, offset: [f64; 3], change: impl Fn(&mut Machine)) -> Inputs {
+    let text = JOB.replace("MACHINE", name).replace("OFFSET", &format!("{offset:?}")).replace("TCP", &tcp.to_string());
     let job = Job::read(&text, "job.toml").unwrap();
     let part = InputFile { name: "arc.json", bytes: PART };
     let mut machine = Machine::named(name).unwrap();
-    change(&mut machine.control.options);
+    change(&mut machine);
     Inputs::read(job, &PartFiles::alone(part), &machine, builtin(name).unwrap()).unwrap()
 }
 
@@ -57,9 +57,14 @@ impl Emitted {
 
     /// The same where the control has other options than the machine's file says.
     pub(crate) fn with(machine: &str, tcp: bool, change: impl Fn(&mut DialectOptions)) -> Self {
+        Self::on(machine, tcp, OFFSET, |machine| change(&mut machine.control.options))
+    }
+
+    /// The same where the part stands elsewhere and the machine differs from its file.
+    pub(crate) fn on(machine: &str, tcp: bool, offset: [f64; 3], change: impl Fn(&mut Machine)) -> Self {
         // The tool path is the same for every machine.
         static PATH: OnceLock<ToolPath> = OnceLock::new();
-        let inputs = inputs(machine, tcp, change);
+        let inputs = inputs(machine, tcp, offset, change);
         let path = PATH.get_or_init(|| plan(&inputs).unwrap().path);
         Self::from_path(inputs, path)
     }
@@ -94,6 +99,7 @@ impl Emitted {
             tool_length: setup.tool_length(),
             system: WORK_OFFSETS.iter().position(|name| *name == job.machine.work_offset).unwrap() + 1,
             offset: setup.work_offset(),
+            geometry: Vec::new(),
             identity_first: false,
             m428_selects: 0,
         }

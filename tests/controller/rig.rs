@@ -36,6 +36,8 @@ pub(crate) struct Rig {
     /// Coordinate system that has the work offset: 1 is G54.
     pub(crate) system: usize,
     pub(crate) offset: [f64; 3],
+    /// Numbers of its kinematics other than the machine has in `rig/machines.py`, by their names there, mm.
+    pub(crate) geometry: Vec<(&'static str, f64)>,
     /// Kinematics 0 is identity and 1 TCP, instead of the reverse; the controller starts with 0.
     pub(crate) identity_first: bool,
     /// Kinematics that M428 selects; M429 selects the other.
@@ -127,6 +129,7 @@ impl Rig {
         command.arg(format!("--tool={}", self.tool)).arg(format!("--length={}", self.tool_length));
         command.arg(format!("--system={}", self.system)).arg("--offset").args(self.offset.map(|v| v.to_string()));
         command.arg(format!("--m428-type={}", self.m428_selects));
+        command.arg("--geometry").args(self.geometry.iter().map(|(name, value)| format!("{name}={value}")));
         if self.identity_first {
             command.arg("--identity-first");
         }

@@ -4,7 +4,7 @@ The numbers stand here on their own, in the controller's terms, and must describ
 machine files: the tests find out whether they do. Lengths mm, angles degrees.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 # Parameters of the work offset of coordinate system 1 (G54) start here, those of the next one 20 further.
 WORK_OFFSETS = 5221
@@ -54,6 +54,17 @@ MACHINES = {
         "maxkins", "XYZABCUVW", "BC", pivot_pin="maxkins.pivot-length", pivot=100, switchable=False
     ),
 }
+
+
+def altered(machine, geometry):
+    """The machine with other numbers: `pivot`, or pins of its module by their own names."""
+    geometry = {name: float(value) for name, value in geometry.items()}
+    pivot = geometry.pop("pivot", machine.pivot)
+    pins = {f"{machine.module}.{name}": value for name, value in geometry.items()}
+    unknown = pins.keys() - machine.pins.keys()
+    if unknown:
+        raise ValueError(f"{machine.module} has no {unknown}")
+    return replace(machine, pivot=pivot, pins=machine.pins | pins)
 
 
 def axis(letter):
