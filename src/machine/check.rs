@@ -1,16 +1,20 @@
 //! What `machine check` says about a machine: contradictions, agreement of forward and inverse, reach, poles. Uses
-//! `diagnostic` and `geometry`.
+//! `diagnostic`, `geometry` and `motion`.
 
 use super::axes::AxisPosition;
 use super::model::{Carrier, Machine, RotaryMotion, Travel};
-use super::reach::{ReachMap, Ways, poles, ways};
+use super::reach::{ReachMap, Ways, fits, poles, ways};
 use super::setup::Setup;
 use crate::diagnostic::Result;
-use crate::geometry::{Direction, Vector};
+use crate::geometry::{Direction, Point, Vector};
+use crate::motion::Pose;
 use std::f64::consts::{PI, TAU};
 
 /// Poses tried for agreement, and directions tried for reach.
 const POSES: usize = 20_000;
+/// Tool lengths and directions tried to reach the part's zero, mm.
+const LENGTHS: [f64; 9] = [0.0, 50.0, 100.0, 150.0, 200.0, 250.0, 300.0, 350.0, 400.0];
+const DIRECTIONS: usize = 500;
 /// What forward after inverse may be off, mm and radians.
 const AGREEMENT: (f64, f64) = (1e-9, 1e-10);
 
@@ -163,6 +167,24 @@ fn reach_in_words(setup: &Setup, share: f64) -> String {
     }
 }
 
+/// Whether a tool of some length comes to the part's zero from some direction with every axis within its limits.
+fn reaches(machine: &Machine, offset: [f64; 3]) -> bool {
+    let zero = |axis: Direction| Pose { tip: Point::origin(), axis };
+    let around = (0..POSES).step_by(POSES / DIRECTIONS).map(direction);
+    let directions: Vec<Direction> = std::iter::once(machine.spindle.axis).chain(around).collect();
+    let inside = |axes: &AxisPosition| {
+        let linear = machine.linear.iter().zip(axes.linear).all(|(axis, at)| (axis.min..=axis.max).contains(&at));
+        linear && machine.rotary.iter().zip(axes.rotary).all(|(axis, angle)| fits(axis.travel, angle))
+    };
+    LENGTHS.iter().any(|length| {
+        Setup::at(machine, offset, *length).is_ok_and(|setup| {
+            let made =
+                |axis: &Direction| setup.inverse(&zero(*axis)).is_ok_and(|found| found.branches.iter().any(inside));
+            directions.iter().any(made)
+        })
+    })
+}
+
 /// What a machine file says that cannot all be true or of use.
 fn contradictions(machine: &Machine) -> Vec<String> {
     let mut found = Vec::new();
@@ -187,6 +209,15 @@ fn contradictions(machine: &Machine) -> Vec<String> {
                     offset.name, axis.letter
                 ));
             }
+        }
+    }
+    for offset in &control.work_offsets {
+        if !reaches(machine, offset.linear) {
+            found.push(format!(
+                "{} puts the part's zero where no tool of up to {} mm reaches it within the limits",
+                offset.name,
+                LENGTHS[LENGTHS.len() - 1]
+            ));
         }
     }
     for axis in machine.rotary.iter().filter(|axis| axis.is_present()) {
@@ -286,5 +317,11 @@ mod tests {
         assert!(!report.is_sound());
         assert!(report.contradictions.iter().any(|c| c.contains("no code to switch it")));
         assert!(report.contradictions.iter().any(|c| c.contains("G54 puts the part's zero at X 90000")));
+        // Inside the travels, but below where the longest tool ends.
+        let mut machine = Machine::named("dmg-dmu50-evolution").unwrap();
+        machine.control.work_offsets[0].linear = [0.0, 0.0, -350.0];
+        let report = check(&machine).unwrap();
+        let said = "G54 puts the part's zero where no tool of up to 400 mm reaches it";
+        assert!(report.contradictions.iter().any(|c| c.contains(said)), "{:?}", report.contradictions);
     }
 }
