@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 /// Extensions of part files; everything else is taken for an NC program.
 const PART_EXTENSIONS: [&str; 4] = ["json", "csv", "stl", "obj"];
 /// Findings that are shown one by one.
-const SHOWN: usize = 10;
+const SHOWN: usize = 50;
 
 #[derive(Args)]
 pub(super) struct Arguments {

@@ -173,15 +173,20 @@ impl<'a> Checks<'a> {
         path
     }
 
-    /// A work offset word: G54 to G59, G59.1 to G59.3, or G54.1 P1 to P300.
+    /// A work offset word: G54 to G59, G59.1 to G59.3, or one of many by its number, as a control has them.
     pub(super) fn work_offset(&mut self, key: &str, word: &str) {
         let plain = ["G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3"].contains(&word);
-        let further = word.strip_prefix("G54.1 P").and_then(|n| n.parse::<u32>().ok());
-        if !plain && !further.is_some_and(|n| (1..=300).contains(&n)) {
+        let numbered =
+            [("G54.1 P", 1..=300), ("G154 P", 1..=99), ("G15 H", 1..=200), ("PRESET ", 0..=9999), ("G", 505..=599)];
+        let is_numbered = numbered.into_iter().any(|(before, range)| {
+            let number = word.strip_prefix(before).and_then(|number| number.parse::<u32>().ok());
+            number.is_some_and(|number| range.contains(&number))
+        });
+        if !plain && !is_numbered {
             self.refuse(
                 key,
                 format!("\"{word}\" is not a work offset"),
-                "write G54 to G59, G59.1 to G59.3, or G54.1 P1 to G54.1 P300",
+                "write G54 to G59, G59.1 to G59.3, or one by its number: G54.1 P1, G154 P1, G505, G15 H1, PRESET 1",
             );
         }
     }

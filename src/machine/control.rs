@@ -312,4 +312,7 @@ pub struct Control {
     pub templates: Templates,
     /// In the order of the file; at least one.
     pub work_offsets: Vec<WorkOffset>,
+    /// Where G28 and G30 bring the axes, in this order: X, Y, Z, mm, then the rotary axes in the order of the file,
+    /// degrees. Zero where the file says nothing.
+    pub reference_positions: Vec<[f64; 5]>,
 }

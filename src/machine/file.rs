@@ -72,6 +72,8 @@ struct RawControl {
     tcp: bool,
     work_offsets: BTreeMap<String, [f64; 3]>,
     #[serde(default)]
+    reference_positions: Vec<[f64; 5]>,
+    #[serde(default)]
     options: RawOptions,
     #[serde(default)]
     templates: RawTemplates,
@@ -211,7 +213,20 @@ impl Reader<'_> {
             options: self.options(raw.dialect, &raw.options)?,
             templates: self.templates(&raw.templates)?,
             work_offsets,
+            reference_positions: self.reference_positions(&raw.reference_positions)?,
         })
+    }
+
+    fn reference_positions(&self, raw: &[[f64; 5]]) -> Result<Vec<[f64; 5]>> {
+        let far = raw.iter().position(|position| position.iter().any(|value| value.abs() > LONGEST));
+        match far {
+            None => Ok(raw.to_vec()),
+            Some(index) => self.bad(
+                &format!("control.reference_positions[{index}]"),
+                format!("a reference position beyond {LONGEST} mm or degrees"),
+                "write [X, Y, Z, first rotary axis, second] in mm and degrees",
+            ),
+        }
     }
 
     fn templates(&self, raw: &RawTemplates) -> Result<Templates> {

@@ -157,6 +157,11 @@ fn control() -> Value {
                 "minProperties": 1,
                 "additionalProperties": numbers(3, "Part's zero in the machine frame at rotary zero."),
             },
+            "reference_positions": {
+                "type": "array",
+                "items": numbers(5, "X, Y, Z, mm, then the rotary axes in the order of the file, degrees."),
+                "description": "Where G28 and G30 bring the axes, in this order; zero when left out.",
+            },
             "templates": {
                 "type": "object",
                 "additionalProperties": false,

@@ -30,6 +30,17 @@ pub(super) fn name_length(rest: &[u8]) -> usize {
     rest.iter().take_while(|byte| byte.is_ascii_alphanumeric() || **byte == b'_').count()
 }
 
+/// Length of the text up to a line feed, or to its end.
+fn line_length(text: &[u8]) -> usize {
+    const PIECE: usize = 16;
+    // Whole pieces at once: the compiler compares their bytes together.
+    let holds = |piece: &[u8; PIECE]| piece.iter().fold(false, |found, byte| found | (*byte == b'\n'));
+    let (pieces, _) = text.as_chunks::<PIECE>();
+    let before = PIECE * pieces.iter().take_while(|piece| !holds(piece)).count();
+    let rest = behind(text, before);
+    before + rest.iter().position(|byte| *byte == b'\n').unwrap_or(rest.len())
+}
+
 /// Collects the words of one line after another.
 pub(super) struct Scanner<'a> {
     text: &'a [u8],
@@ -84,7 +95,7 @@ impl<'a> Scanner<'a> {
         self.line += 1;
         self.out.lines = self.line;
         self.start = self.text.len() - self.rest.len();
-        let length = self.rest.iter().position(|byte| *byte == b'\n').unwrap_or(self.rest.len());
+        let length = line_length(self.rest);
         let (line, rest) = self.rest.split_at(length);
         self.end = self.start + length;
         self.rest = behind(rest, 1);
@@ -113,9 +124,15 @@ impl<'a> Scanner<'a> {
         }
     }
 
+    /// Forgets the words of the present block.
+    pub(super) fn drop_block(&mut self) {
+        self.out.words.truncate(self.first);
+    }
+
     /// Ends the present block.
     pub(super) fn end_block(&mut self) {
         let (first, last) = (self.first, self.out.words.len());
+        self.first = last;
         if last > first {
             let line = u32::try_from(self.first_line).unwrap_or(u32::MAX);
             self.out.blocks.push(Block { line, first: first as u32, last: last as u32, deletable: self.deletable });
@@ -201,5 +218,19 @@ impl<'a> Scanner<'a> {
     /// Place of what is left of the present line.
     fn offset(&self, rest: &[u8]) -> usize {
         self.end - rest.len()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn lines_end_at_the_first_line_feed(text in "[a\n]{0,60}|a{0,60}\n") {
+            let length = line_length(text.as_bytes());
+            prop_assert_eq!(Some(&text[..length]), text.split('\n').next());
+        }
     }
 }

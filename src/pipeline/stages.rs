@@ -163,11 +163,17 @@ pub fn judge(
     Ok(Judged { motion, verified })
 }
 
+/// Complaints about a program that are shown at once.
+const SHOWN: usize = 50;
+
 /// Everything for which a program gets no verdict, and how to get one all the same.
 fn doubts(motion: &ToolMotion, program: InputFile<'_>) -> Vec<Diagnostic> {
     let errors = motion.findings().list().iter().filter(|finding| finding.severity == Severity::Error);
-    let mut doubts: Vec<_> = errors.map(|finding| *finding.diagnostic(program.name, program.bytes)).collect();
-    let message = "no verdict: what the control does with this program is not certain";
+    let mut doubts: Vec<_> =
+        errors.clone().take(SHOWN).map(|finding| *finding.diagnostic(program.name, program.bytes)).collect();
+    let more = errors.count().saturating_sub(SHOWN) + motion.findings().omitted();
+    let more = if more > 0 { format!("; {more} more complaints are not shown") } else { String::new() };
+    let message = format!("no verdict: what the control does with this program is not certain{more}");
     let help = "correct the program, or give --despite-unknown to judge the rest of it";
     doubts.push(*Diagnostic::error(message).in_file(program.name).help(help));
     doubts

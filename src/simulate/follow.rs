@@ -127,6 +127,10 @@ impl<'a> Follower<'a> {
                 }
             }
             Change::Tool(number) => {
+                if self.tcp && self.setup.machine().control.dialect == Dialect::HeidenhainTnc {
+                    let help = "switch TCP off first: M129 or FUNCTION RESET TCPM";
+                    self.find(FindingCode::WrongTcpState, line, "a tool call with TCP on", help);
+                }
                 let message = |own: u32| format!("tool {number} is put into the spindle; the job's is tool {own}");
                 self.other_tool(line, number, message);
             }
@@ -282,7 +286,7 @@ impl<'a> Follower<'a> {
                 Frame::Work if step.incremental.has(index) => here[index] + word,
                 Frame::Work => word,
                 Frame::Machine => word - zero[index],
-                Frame::Reference(_) => -zero[index],
+                Frame::Reference(number) => self.reference(number, index) - zero[index],
             }
         };
         let words = Point::new(linear(0), linear(1), linear(2));
@@ -312,6 +316,13 @@ impl<'a> Follower<'a> {
         }
     }
 
+    /// Where a reference position has an axis of the machine, mm or degrees.
+    fn reference(&self, number: u8, axis: usize) -> f64 {
+        let positions = &self.setup.machine().control.reference_positions;
+        let position = positions.get(usize::from(number).saturating_sub(1));
+        position.and_then(|position| position.get(axis)).copied().unwrap_or(0.0)
+    }
+
     fn rotary_target(&self, step: &Move) -> [f64; 2] {
         let [first, second] = &self.setup.machine().rotary;
         [(0, first), (1, second)].map(|(slot, axis)| {
@@ -320,7 +331,10 @@ impl<'a> Follower<'a> {
             if !step.given.has(index) {
                 return start;
             }
-            let word = step.target.get(index).copied().unwrap_or(0.0);
+            let word = match step.frame {
+                Frame::Reference(number) => self.reference(number, 3 + slot),
+                _ => step.target.get(index).copied().unwrap_or(0.0),
+            };
             if step.incremental.has(index) {
                 return start + word.to_radians();
             }

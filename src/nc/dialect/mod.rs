@@ -10,6 +10,8 @@ mod mazak_smooth;
 mod okuma_osp;
 mod siemens_840d;
 mod style;
+#[cfg(test)]
+mod tests;
 mod words;
 
 pub(super) use style::{Part, Style};

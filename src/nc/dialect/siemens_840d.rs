@@ -90,7 +90,7 @@ pub(super) fn reading(options: &DialectOptions) -> Rules {
         (&[530, 1530], GCode::MachineFrame),
         (&[90, 600], GCode::ExactPath),
         (&[640, 6410, 6420, 6430, 6440, 6450], GCode::Blend),
-        (&[450, 451, 4500, 4510, 4600, 4610, 6010, 6020, 6030, 2900, 2910], GCode::Harmless(0)),
+        (&[450, 451, 4500, 4510, 4600, 4610, 6010, 6020, 6030, 620, 2900, 2910], GCode::Harmless(0)),
         // The usual codes for these mean something else here, or nothing.
         (&[200, 210, 280, 300, 430, 490, 800, 980, 990, 520, 920, 100, 730], GCode::Unknown),
         (&[810, 820, 830, 840, 850, 860, 870, 880, 890], GCode::Unknown),

@@ -1,11 +1,12 @@
 //! What a block changes before it moves, in the order in which controls do it.
 
 use super::{Interpreter, MotionState};
+use crate::diagnostic::Severity;
 use crate::machine::OrientationWords;
 use crate::nc::block::{Block, address};
 use crate::nc::block_codes::{BlockCodes, Letters};
 use crate::nc::code::{FeedGroup, GCode, PathControl, WorkOffsetCode};
-use crate::nc::finding::FindingCode;
+use crate::nc::finding::{Finding, FindingCode};
 use crate::nc::program::{Change, LengthOffset};
 
 impl Interpreter<'_> {
@@ -118,6 +119,12 @@ impl Interpreter<'_> {
             Some(GCode::LengthOn { tcp }) => {
                 self.length_on(block, letters);
                 self.vectors = tcp == Some(OrientationWords::Vectors);
+                if self.vectors && letters.vector().is_some() {
+                    let message = "a tool vector in the block that turns TCP on: controls of turning tables refuse it";
+                    let help = "bring the rotary axes there first, and write I, J, K from the next block on";
+                    let finding = Finding::new(FindingCode::WrongTcpState, block.line as usize, message, help);
+                    self.add(finding.weighing(Severity::Warning));
+                }
                 if tcp.is_some() {
                     self.change(block, Change::Tcp(true));
                 }

@@ -9,18 +9,22 @@ use crate::nc::scan::{Scanner, behind, behind_blanks, is_blank, name_length};
 /// Cuts `text` into blocks.
 pub(in crate::nc) fn lex(text: &[u8]) -> Blocks {
     let mut lexer = Klartext { scanner: Scanner::new(text), cycle: 0.0, kind: Kind::Other, arc: false };
-    let mut continued = false;
+    let (mut open, mut continued) = (false, false);
     while let Some(line) = lexer.scanner.next_line() {
-        let rest = if continued { behind_blanks(line) } else { lexer.begin(line) };
+        // The parameters of a cycle stand on lines of their own, without numbers.
+        let parameter = lexer.kind == Kind::Cycle && behind_blanks(line).starts_with(b"Q");
+        let rest = if open && (continued || parameter) {
+            behind_blanks(line)
+        } else {
+            lexer.scanner.end_block();
+            lexer.begin(line)
+        };
         lexer.words(rest);
+        open = true;
         continued = line.trim_ascii_end().ends_with(b"~");
-        if !continued {
-            lexer.end();
-        }
+        lexer.check_arc(continued);
     }
-    if continued {
-        lexer.end();
-    }
+    lexer.scanner.end_block();
     lexer.scanner.finish()
 }
 
@@ -64,12 +68,13 @@ impl<'a> Klartext<'a> {
         self.statement(rest)
     }
 
-    fn end(&mut self) {
-        if self.arc {
+    /// An arc whose direction does not come is no motion.
+    fn check_arc(&mut self, continued: bool) {
+        if self.arc && !continued {
             let message = "an arc needs its direction".to_owned();
             self.scanner.complain_about(&[], &[], FindingCode::BadArc, message, "write DR+ or DR-");
+            self.scanner.drop_block();
         }
-        self.scanner.end_block();
     }
 
     /// Reads the word that says what a block is.
