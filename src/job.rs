@@ -2,6 +2,7 @@
 //! [`Job`] that cannot be wrong; every complaint names line, column and remedy. Uses `diagnostic`, `geometry`, `part`,
 //! `tool`, `motion`, `machine` and `plan`.
 
+mod catalogue;
 mod limits;
 mod rajain;
 mod raw;
@@ -14,6 +15,7 @@ use crate::machine::Dialect;
 use crate::motion::FeedReference;
 use crate::part::{ReadOptions, Units};
 use crate::plan::{Method, Strategy, StrategyKind, TipSide};
+pub use catalogue::{CatalogueEntry, read_catalogue};
 use limits::Checks;
 pub use tool::ToolSpec;
 pub use tool_file::{fact_lines, read_tool, write_tool};

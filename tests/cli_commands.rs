@@ -10,5 +10,7 @@ mod good_input;
 mod interrupt;
 #[path = "cli_commands/rajain.rs"]
 mod rajain;
+#[path = "cli_commands/tools.rs"]
+mod tools;
 #[path = "cli_commands/workshop.rs"]
 mod workshop;

@@ -44,6 +44,8 @@ enum Command {
     Post(post::Arguments),
     /// Judge a program by what the swept tool leaves of a job's part
     Verify(verify::Arguments),
+    /// Rank the cutters of a catalogue for a job's part
+    Tools(tools::Arguments),
     /// Say what an NC program or a part file holds
     Inspect(inspect::Arguments),
     /// The machines that come along, and checks of your own
@@ -112,6 +114,7 @@ fn dispatch(arguments: &Arguments, terminal: &mut Terminal) -> Result<Outcome, R
         Command::Plan(arguments) => plan::run(arguments, terminal),
         Command::Post(arguments) => post::run(arguments, terminal),
         Command::Verify(arguments) => verify::run(arguments, terminal),
+        Command::Tools(arguments) => tools::run(arguments, terminal),
         Command::Inspect(arguments) => inspect::run(arguments, terminal),
         Command::Machine { action } => machine::run(action, terminal),
     }

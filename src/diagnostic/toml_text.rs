@@ -62,15 +62,23 @@ impl TomlText {
     /// The keys of the table at a path, in alphabetical order; none where there is no such table.
     pub fn keys(&self, path: &str) -> Vec<String> {
         let Ok(table) = DeTable::parse(&self.text) else { return Vec::new() };
-        let mut here = table.get_ref();
+        let names = |table: &DeTable<'_>| table.keys().map(|k| k.get_ref().to_string()).collect();
+        let mut here: Option<&DeValue<'_>> = None;
         for step in steps(path) {
-            let Step::Key(key) = step else { return Vec::new() };
-            match here.get(key).map(Spanned::get_ref) {
-                Some(DeValue::Table(inner)) => here = inner,
-                _ => return Vec::new(),
-            }
+            let inner = match (step, here) {
+                (Step::Key(key), None) => table.get_ref().get(key),
+                (Step::Key(key), Some(DeValue::Table(inner))) => inner.get(key),
+                (Step::Index(index), Some(DeValue::Array(inner))) => inner.get(index),
+                _ => None,
+            };
+            let Some(inner) = inner else { return Vec::new() };
+            here = Some(inner.get_ref());
         }
-        here.keys().map(|k| k.get_ref().to_string()).collect()
+        match here {
+            None => names(table.get_ref()),
+            Some(DeValue::Table(inner)) => names(inner),
+            Some(_) => Vec::new(),
+        }
     }
 
     /// A complaint about a byte offset of the text.

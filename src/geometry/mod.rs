@@ -5,6 +5,7 @@ pub mod angle;
 pub mod bvh;
 pub mod curvature;
 pub mod curve;
+pub mod extend;
 pub mod interpolate;
 pub mod knots;
 pub mod mesh;

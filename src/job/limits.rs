@@ -70,11 +70,13 @@ pub(super) struct Checks<'a> {
     findings: Vec<Diagnostic>,
     warnings: Vec<Diagnostic>,
     keys: Vec<String>,
+    /// Where the keys of a tool are, which checks know as `tool`.
+    tools: String,
 }
 
 impl<'a> Checks<'a> {
     pub(super) fn new(text: &'a TomlText) -> Self {
-        Self { text, findings: Vec::new(), warnings: Vec::new(), keys: Vec::new() }
+        Self { text, findings: Vec::new(), warnings: Vec::new(), keys: Vec::new(), tools: "tool".to_owned() }
     }
 
     /// Everything found and everything warned of, in order of place.
@@ -83,15 +85,29 @@ impl<'a> Checks<'a> {
         (self.findings, self.warnings)
     }
 
+    /// From here on `tool` is the table at this path, such as `tool[2]`.
+    pub(super) fn read_tools_from(&mut self, path: String) {
+        self.tools = path;
+    }
+
+    /// The path of a key in the text.
+    fn path_of(&self, key: &str) -> String {
+        match key.strip_prefix("tool") {
+            Some(rest) if rest.is_empty() || rest.starts_with('.') => format!("{}{rest}", self.tools),
+            _ => key.to_owned(),
+        }
+    }
+
     /// The keys of a table.
     pub(super) fn keys(&self, table: &str) -> Vec<String> {
-        self.text.keys(table)
+        self.text.keys(&self.path_of(table))
     }
 
     /// Notes a finding about the value at `key`, with its remedy.
     pub(super) fn refuse(&mut self, key: &str, message: impl Into<String>, help: impl Into<String>) {
-        self.findings.push(*self.text.blame(key, message).help(help));
-        self.keys.push(key.to_owned());
+        let path = self.path_of(key);
+        self.findings.push(*self.text.blame(&path, message).help(help));
+        self.keys.push(path);
     }
 
     /// Notes a warning about the value at `key`, with its remedy.
@@ -103,7 +119,8 @@ impl<'a> Checks<'a> {
 
     /// Whether something was found in a table.
     pub(super) fn found_under(&self, table: &str) -> bool {
-        self.keys.iter().any(|key| key.split('.').next() == Some(table))
+        let table = self.path_of(table);
+        self.keys.iter().any(|key| key.split('.').next() == Some(table.as_str()))
     }
 
     pub(super) fn within(&mut self, key: &str, value: f64, limit: &Limit) {

@@ -60,6 +60,7 @@ pub(super) struct Placement {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct Tool {
+    pub(super) name: Option<String>,
     pub(super) number: u32,
     pub(super) kind: ToolKind,
     pub(super) tip_diameter: Option<f64>,

@@ -34,7 +34,7 @@ impl ToolSpec {
 }
 
 /// Keys that every kind has.
-const COMMON: [&str; 5] = ["number", "kind", "shank_diameter", "gauge_length", "holder"];
+const COMMON: [&str; 6] = ["name", "number", "kind", "shank_diameter", "gauge_length", "holder"];
 
 impl ToolKind {
     fn word(self) -> &'static str {

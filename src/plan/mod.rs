@@ -3,6 +3,7 @@
 
 mod assess;
 mod chart;
+pub mod choice;
 mod explain;
 mod fit;
 mod layout;

@@ -19,6 +19,8 @@ const BLOCK: usize = 6;
 const STATIONS: usize = 40;
 /// 1 - r'^2 - r r'' that the fit keeps at least.
 pub(super) const LEAST_VISIBILITY: f64 = 0.05;
+/// Weight of samples past the continued surface, against those on it.
+const BEYOND: f64 = 1e-3;
 /// How much more firmly an end is held where part of the band would stay uncut.
 const FIRM: f64 = 300.0;
 
@@ -242,7 +244,11 @@ impl<'a> SweepFit<'a> {
             let deviation = foot.distance - r;
             let inside = self.sweeps[sweep].band.holds(foot.frame.place);
             self.samples[index] = Sampled { deviation, inside };
-            let weight = if self.counted[index] { 1.0 } else { self.terms.extension };
+            let weight = match (self.counted[index], foot.frame.inside()) {
+                (true, _) => 1.0,
+                (false, true) => self.terms.extension,
+                (false, false) => self.terms.extension * BEYOND,
+            };
             let by: Vec<f64> = radius.by_coefficients(s).radius.iter().map(|value| -value).collect();
             let (n, d) = (foot.frame.normal, here.axis);
             let row = Row {

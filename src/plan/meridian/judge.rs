@@ -210,11 +210,11 @@ mod tests {
     fn triangles_fill_the_cells_they_cover() {
         let mut raster = vec![None; CELLS * CELLS];
         let touch = |g: f64, h: f64| Touch { place: (g, h), error: -0.5 };
-        fill(&mut raster, &Band::WHOLE, [touch(0.0, 0.0), touch(1.0, 0.0), touch(0.0, 1.0)]);
+        fill(&mut raster, &Band::inside(0.0), [touch(0.0, 0.0), touch(1.0, 0.0), touch(0.0, 1.0)]);
         let filled = raster.iter().flatten().count() as f64;
         let half = (CELLS * (CELLS + 1) / 2) as f64;
         assert!((filled - half).abs() < 1.0, "{filled} {half}");
-        fill(&mut raster, &Band::WHOLE, [touch(2.0, 2.0), touch(1.5, 2.0), touch(2.0, 1.5)]);
+        fill(&mut raster, &Band::inside(0.0), [touch(2.0, 2.0), touch(1.5, 2.0), touch(2.0, 1.5)]);
         assert_eq!(raster.iter().flatten().count() as f64, filled);
     }
 }

@@ -22,8 +22,9 @@ use super::explain::{self, Planned};
 use super::layout::{orient, runs_along_u};
 use super::{Deviation, Observer, Plan, PlanRequest, Strategy, StrategyKind};
 use crate::diagnostic::{Diagnostic, Result};
+use crate::geometry::extend::extended;
 use crate::motion::{RuledMotion, ToolPath, ToolSummary};
-use crate::part::Part;
+use crate::part::{OrientedSpline, Part};
 use crate::tool::profile::{CurvePoint, smooth_profile};
 use crate::tool::{CutterShape, Fixture, Tool};
 use problem::Band;
@@ -109,8 +110,9 @@ pub fn find_tool(request: &ToolRequest<'_>) -> Result<FoundTool> {
     let strategy = request.strategy;
     let only = strategy.direction.map(|direction| runs_along_u(&form.spline, &direction));
     let layouts = both_ways(|along_u| orient(strategy, &form.spline, along_u), only);
-    let charts: Vec<Chart<'_>> = layouts.iter().map(|layout| Chart::new(&form.spline, *layout)).collect();
-    let search = Search { wish: request.wish, limit: request.tolerance, observer: request.observer };
+    let (continued, whole) = continued(&form.spline);
+    let charts: Vec<Chart<'_>> = layouts.iter().map(|layout| Chart::new(&continued, *layout)).collect();
+    let search = Search { wish: request.wish, whole, limit: request.tolerance, observer: request.observer };
     let mut best: Option<(usize, Fitted)> = None;
     let mut refused = NotFound::NoFit;
     let counts = match (strategy.kind, strategy.strips) {
@@ -119,7 +121,7 @@ pub fn find_tool(request: &ToolRequest<'_>) -> Result<FoundTool> {
         (StrategyKind::MultiStrip, None) => 1..=MOST_SWEEPS,
     };
     for count in counts {
-        match search.run(&charts, &equal_bands(count)) {
+        match search.run(&charts, &whole.divided(count)) {
             Ok(found) => {
                 let enough = found.1.worst() <= request.tolerance;
                 if best.as_ref().is_none_or(|known| found.1.worst() < known.1.worst()) {
@@ -133,12 +135,19 @@ pub fn find_tool(request: &ToolRequest<'_>) -> Result<FoundTool> {
         }
     }
     let (index, fitted) = best.ok_or_else(|| refusal(&refused, request.wish))?;
-    found(request.wish, layouts[index], fitted, (request.tolerance, form.fit_error))
+    found(request, (layouts[index], whole), fitted, form.fit_error)
 }
 
-fn equal_bands(count: usize) -> Vec<Band> {
-    let at = |i: usize| i as f64 / count as f64;
-    (0..count).map(|i| Band { low: at(i), high: at(i + 1), ..Band::WHOLE }).collect()
+/// The surface with its end polynomials going on all around, as far as it stays regular, and the part of it that is
+/// the surface itself: sweeps cross its borders without a bend.
+fn continued(spline: &OrientedSpline) -> (OrientedSpline, Band) {
+    for share in [0.06, 0.03, 0.015] {
+        let longer = extended(spline.surface(), share);
+        if let Some(longer) = longer.and_then(|longer| OrientedSpline::new(longer, spline.flip()).ok()) {
+            return (longer, Band::inside(share / (1.0 + 2.0 * share)));
+        }
+    }
+    (spline.clone(), Band::inside(0.0))
 }
 
 fn refusal(reason: &NotFound, wish: &ToolWish) -> Box<Diagnostic> {
@@ -156,14 +165,17 @@ fn refusal(reason: &NotFound, wish: &ToolWish) -> Box<Diagnostic> {
 }
 
 fn found(
-    wish: &ToolWish,
-    layout: super::chart::Layout,
+    request: &ToolRequest<'_>,
+    (layout, whole): (super::chart::Layout, Band),
     fitted: Fitted,
-    (tolerance, surface_fit_error): (f64, f64),
+    surface_fit_error: f64,
 ) -> Result<FoundTool> {
-    let tool = tool_of(wish, &fitted.radius)?;
+    let tool = tool_of(request.wish, &fitted.radius)?;
     let sweeps = fitted.motions.into_iter().zip(&fitted.bands).zip(&fitted.judged).map(|((motion, band), judged)| {
-        let patch = judged.largest_patch(band, tolerance);
+        let patch = judged.largest_patch(band, request.tolerance).map(|patch| {
+            let (low, high) = (whole.share((patch.low, patch.start)), whole.share((patch.high, patch.end)));
+            [(low.0, high.0), (low.1, high.1)]
+        });
         FoundSweep {
             motion,
             deviation: Deviation {
@@ -172,11 +184,11 @@ fn found(
                 outside: 0.0,
                 samples: judged.samples,
             },
-            worst_at: judged.worst_at,
+            worst_at: whole.share(judged.worst_at),
             rms: judged.rms,
             covered: judged.covered(),
-            within: judged.share_within(tolerance),
-            patch: patch.map(|patch| [(patch.low, patch.high), (patch.start, patch.end)]),
+            within: judged.share_within(request.tolerance),
+            patch,
         }
     });
     let sweeps = sweeps.collect();

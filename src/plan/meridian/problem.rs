@@ -18,8 +18,21 @@ pub(super) struct Band {
 }
 
 impl Band {
-    /// The whole surface.
-    pub(super) const WHOLE: Self = Self { low: 0.0, high: 1.0, start: 0.0, end: 1.0 };
+    /// Everything but a margin all around.
+    pub(super) fn inside(margin: f64) -> Self {
+        Self { low: margin, high: 1.0 - margin, start: margin, end: 1.0 - margin }
+    }
+
+    /// `count` bands beside each other, equally wide.
+    pub(super) fn divided(&self, count: usize) -> Vec<Self> {
+        let at = |i: usize| self.low + (self.high - self.low) * i as f64 / count as f64;
+        (0..count).map(|i| Self { low: at(i), high: at(i + 1), ..*self }).collect()
+    }
+
+    /// A place as shares of this band.
+    pub(super) fn share(&self, (g, h): (f64, f64)) -> (f64, f64) {
+        ((g - self.low) / (self.high - self.low), (h - self.start) / (self.end - self.start))
+    }
 
     /// True for places inside.
     pub(super) fn holds(&self, (g, h): (f64, f64)) -> bool {
@@ -47,6 +60,9 @@ impl Default for MeridianWeights {
     }
 }
 
+/// Weight of samples beyond the band at the end: enough to settle how the sweep crosses the band's ends.
+const LEAST_EXTENSION: f64 = 0.01;
+
 /// The weights as one stage of the fit uses them.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Terms {
@@ -70,7 +86,7 @@ impl Terms {
             rigidity: weights.rigidity * guidance,
             fairness: weights.fairness * guidance,
             proximity: weights.proximity * guidance,
-            extension: 0.3 * guidance.sqrt(),
+            extension: (0.3 * guidance.sqrt()).max(LEAST_EXTENSION),
             shape: 10.0 * weights.accuracy,
             size: weights.proximity * guidance * 1e-3,
         }

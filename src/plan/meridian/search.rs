@@ -58,11 +58,9 @@ impl Fitted {
 
 /// How guidance (fairness and proximity, as a share of the user's weights) is taken back, and the most steps each.
 const QUICK: [(f64, usize); 3] = [(1.0, 8), (1e-2, 12), (1e-4, 20)];
-const FULL: [(f64, usize); 5] = [(1e-2, 20), (1e-4, 30), (1e-6, 40), (1e-8, 60), (1e-10, 60)];
-/// The same once more coefficients are added to a converged fit.
-const REFINED: [(f64, usize); 4] = [(1e-4, 20), (1e-6, 40), (1e-8, 60), (1e-10, 60)];
+const FULL: [(f64, usize); 6] = [(1e-2, 20), (1e-4, 30), (1e-6, 40), (1e-8, 60), (1e-10, 60), (1e-12, 100)];
 /// Coefficients of a free meridian that are tried one after the other while they pay.
-const LEVELS: [usize; 4] = [16, 24, 32, 48];
+const LEVELS: [usize; 4] = [FREE_COEFFICIENTS, 16, 24, 32];
 /// Errors below this are as good as none, mm.
 const NEGLIGIBLE: f64 = 2e-5;
 /// Least gain of a level that makes the next one worth trying.
@@ -74,12 +72,16 @@ const FINALISTS: usize = 2;
 /// How far sweeps run past the borders of their band, as a share of its width, and past its ends, as one of the radius.
 const MARGIN: f64 = 0.02;
 const OVERRUN: f64 = 0.25;
+/// Most of the latter, as a share of the band's length.
+const LONGEST_OVERRUN: f64 = 0.04;
 /// Share of a band that must be covered.
 const COVERED: f64 = 0.998;
 
 /// One search.
 pub(super) struct Search<'a> {
     pub(super) wish: &'a ToolWish,
+    /// The surface itself: charts continue it all around.
+    pub(super) whole: Band,
     /// Error that is good enough, mm.
     pub(super) limit: f64,
     /// Follows the search and may end it.
@@ -125,7 +127,7 @@ impl Search<'_> {
         let finals: Vec<(usize, Fitted)> = tried
             .into_par_iter()
             .take(FINALISTS)
-            .filter_map(|(index, fitted)| Some((index, self.finish(&charts[index], fitted)?)))
+            .filter_map(|(index, fitted)| Some((index, self.finish(&charts[index], &fitted)?)))
             .collect();
         let score = |fitted: &Fitted| (fitted.covered() < COVERED, fitted.worst());
         finals
@@ -136,9 +138,9 @@ impl Search<'_> {
 
     /// Radii to start from: spread evenly in proportion between what the wish and the part's hollows allow.
     fn radii(&self, chart: &Chart<'_>) -> Vec<f64> {
-        let width = width(chart, &Band::WHOLE).1;
+        let width = width(chart, &self.whole).1;
         let (low, high) = self.wish.radius;
-        let high = high.min(1.5 * width).min(0.8 / hollow(chart).max(1e-9)).max(low);
+        let high = high.min(1.5 * width).min(0.8 / hollow(chart, &self.whole).max(1e-9)).max(low);
         let low = low.max(0.04 * width).min(high);
         if high / low < 1.05 {
             return vec![(low * high).sqrt()];
@@ -149,7 +151,7 @@ impl Search<'_> {
     /// Length of the flank that covers the widest band, mm.
     fn needed_length(&self, chart: &Chart<'_>, bands: &[Band], radius: f64) -> f64 {
         let lengths = bands.iter().filter_map(|band| {
-            let margin = (MARGIN * width(chart, band).0, OVERRUN * radius);
+            let margin = margin(chart, band, radius);
             Sweep::across(chart, *band, radius, margin, 33).map(|(_, length)| length)
         });
         lengths.fold(0.0, f64::max)
@@ -166,7 +168,7 @@ impl Search<'_> {
         let sweeps: Option<Vec<Sweep>> = bands
             .iter()
             .map(|band| {
-                let margin = (MARGIN * width(chart, band).0, OVERRUN * radius);
+                let margin = margin(chart, band, radius);
                 let (sweep, _) = Sweep::across(chart, *band, radius, margin, instants)?;
                 Some(sweep.stretched(length))
             })
@@ -175,28 +177,29 @@ impl Search<'_> {
         Some((sweeps?, RadiusFunction::constant(self.wish.family, radius, length, free)?))
     }
 
-    /// Fits in full, then with more coefficients while they pay, then without what does not fit at all.
-    fn finish(&self, chart: &Chart<'_>, quick: Fitted) -> Option<Fitted> {
-        let free = self.wish.coefficients.unwrap_or(FREE_COEFFICIENTS);
-        let mut best = self.again(chart, &quick, quick.radius.clone(), &resolution(chart, &quick, free), &FULL)?;
-        if self.wish.family == MeridianFamily::Free && self.wish.coefficients.is_none() {
-            for level in LEVELS {
-                if best.worst() < NEGLIGIBLE || self.observer.stopped() {
-                    break;
-                }
-                let Some(radius) = best.radius.refined(level) else { break };
-                let resolution = resolution(chart, &best, level);
-                let Some(next) = self.again(chart, &best, radius, &resolution, &REFINED) else { break };
-                let gain = best.rms() / next.rms();
-                if next.worst() < best.worst() || gain > GAIN {
-                    best = next;
-                }
-                if gain < GAIN {
-                    break;
-                }
+    /// Fits in full with as many coefficients as pay. Each number starts from the quick fit: a fit converged with too
+    /// few ends in a valley of its own, out of which more do not lead.
+    fn finish(&self, chart: &Chart<'_>, quick: &Fitted) -> Option<Fitted> {
+        let levels = match (self.wish.family, self.wish.coefficients) {
+            (MeridianFamily::Free, None) => LEVELS.to_vec(),
+            (_, wished) => vec![wished.unwrap_or(FREE_COEFFICIENTS)],
+        };
+        let mut best: Option<Fitted> = None;
+        for level in levels {
+            let radius = quick.radius.refined(level)?;
+            let Some(next) = self.again(chart, quick, radius, &resolution(chart, quick, level), &FULL) else {
+                continue;
+            };
+            let gain = best.as_ref().map_or(f64::INFINITY, |best| best.rms() / next.rms());
+            if gain > 1.0 {
+                best = Some(next);
+            }
+            let good = best.as_ref().is_some_and(|best| best.worst() < NEGLIGIBLE);
+            if gain < GAIN || good || self.observer.stopped() {
+                break;
             }
         }
-        Some(best)
+        best
     }
 
     /// Fits again from what was fitted before, with another radius function or resolution.
@@ -236,7 +239,7 @@ impl Search<'_> {
                 break;
             }
             fit.terms = Terms::new(weights, *guidance);
-            let settings = Settings { max_steps: *max_steps, cost_share: 1e-6, ..Settings::default() };
+            let settings = Settings { max_steps: *max_steps, cost_share: 1e-7, ..Settings::default() };
             steps += minimize_bordered(&mut fit, &mut x, &settings)?.steps;
             fit.settle(&x);
         }
@@ -292,6 +295,11 @@ fn resolution(chart: &Chart<'_>, fitted: &Fitted, coefficients: usize) -> Resolu
     Resolution { controls, instants: 2 * controls + 1, heights: (5 * coefficients / 4 + 2).clamp(15, 61) }
 }
 
+/// How far a sweep runs past the borders of its band and past its ends, mm.
+fn margin(chart: &Chart<'_>, band: &Band, radius: f64) -> (f64, f64) {
+    (MARGIN * width(chart, band).0, (OVERRUN * radius).min(LONGEST_OVERRUN * way(chart, band)))
+}
+
 /// Mean and largest width of a band, mm.
 fn width(chart: &Chart<'_>, band: &Band) -> (f64, f64) {
     let widths: Vec<f64> = (0..=8)
@@ -312,11 +320,12 @@ fn way(chart: &Chart<'_>, band: &Band) -> f64 {
 }
 
 /// Largest curvature of the part's hollows along the cut, 1/mm; 0 where there is none.
-fn hollow(chart: &Chart<'_>) -> f64 {
+fn hollow(chart: &Chart<'_>, band: &Band) -> f64 {
     let mut most: f64 = 0.0;
     for i in 0..=20 {
         for j in 0..=20 {
-            let place = (f64::from(i) / 20.0, f64::from(j) / 20.0);
+            let (x, y) = (f64::from(i) / 20.0, f64::from(j) / 20.0);
+            let place = (band.low + x * (band.high - band.low), band.start + y * (band.end - band.start));
             let along = chart.frame(place).and_then(|frame| frame.along_gauge());
             let curvature = along.and_then(|(tangent, _)| chart.curvature(place, &tangent));
             most = most.max(curvature.unwrap_or(0.0));
