@@ -1,16 +1,29 @@
 //! The whole way from a job to a report, on bytes and text: no file is touched here. Uses everything but `cli`.
 
+mod diff;
 mod explain;
+mod followed;
+mod foreign;
 mod inputs;
 mod inspect;
+mod inspect_path;
+mod pace;
 mod page;
+mod recover;
+mod retarget;
 mod stages;
 
+pub use diff::{Compared, Difference, Differences, ProgramSize, diff};
 pub use explain::{PlanRecord, RajainRecord, SeamRecord, SphereRecord, StripRecord, explain};
+pub use followed::Source;
+pub use foreign::{Reading, is_apt, read_path};
 pub use inputs::{InputFile, Inputs, PartFiles, hash, machine_of_job};
 pub use inspect::{
     Control, Extent, FindingSummary, MotionSummary, MoveCounts, PartSummary, ProgramSummary, inspect_part,
     inspect_program, to_json,
 };
+pub use inspect_path::{OperationSummary, PathSummary, inspect_path};
+pub use pace::{Load, Pace, Passage, SlowBlock};
 pub use page::page;
+pub use retarget::{Recovered, RetargetGoal, RetargetRequest, Retargeted, recover, retarget};
 pub use stages::{Judged, PostRequest, Posted, judge, plan, plan_observed, post, post_job};

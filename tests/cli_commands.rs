@@ -8,6 +8,8 @@ mod bad_input;
 mod good_input;
 #[path = "cli_commands/interrupt.rs"]
 mod interrupt;
+#[path = "cli_commands/programs.rs"]
+mod programs;
 #[path = "cli_commands/rajain.rs"]
 mod rajain;
 #[path = "cli_commands/tools.rs"]

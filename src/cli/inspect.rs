@@ -1,10 +1,13 @@
-//! `regulus inspect`: what a program or a part file holds.
+//! `regulus inspect`: what a program, a tool path or a part file holds.
 
-use super::files::{Outputs, read_bytes};
+use super::files::{Outputs, read_bytes, read_text};
 use super::inputs::machine_file;
 use super::{Outcome, Refusal, Terminal};
 use crate::machine::Dialect;
-use crate::pipeline::{Control, InputFile, PartSummary, ProgramSummary, inspect_part, inspect_program, to_json};
+use crate::pipeline::{
+    Control, InputFile, Pace, PartSummary, PathSummary, ProgramSummary, inspect_part, inspect_path, inspect_program,
+    is_apt, to_json,
+};
 use clap::Args;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -13,10 +16,12 @@ use std::path::{Path, PathBuf};
 const PART_EXTENSIONS: [&str; 4] = ["json", "csv", "stl", "obj"];
 /// Findings that are shown one by one.
 const SHOWN: usize = 50;
+/// Passages and slow blocks that are shown one by one.
+const SLOWEST: usize = 5;
 
 #[derive(Args)]
 pub(super) struct Arguments {
-    /// An NC program, or a part file (.json, .csv, .stl, .obj)
+    /// An NC program, a tool path (.cl, .apt, .cls, .clsf, .as), or a part file (.json, .csv, .stl, .obj)
     file: PathBuf,
     /// Follow the program on this machine: name of one that comes along, or path of a machine file
     #[arg(long, value_name = "M.toml")]
@@ -42,10 +47,17 @@ pub(super) fn run(arguments: &Arguments, terminal: &mut Terminal) -> Result<Outc
     let name = arguments.file.display().to_string();
     let file = InputFile { name: &name, bytes: &bytes };
     let extension = arguments.file.extension().map(|e| e.to_string_lossy().to_lowercase());
+    let is_path = is_apt(&name) || extension.as_deref() == Some("cl");
     let is_part = extension.is_some_and(|e| PART_EXTENSIONS.contains(&e.as_str()));
     let (text, json) = if is_part {
         let summary = inspect_part(file)?;
         (describe_part(&summary), to_json(&summary)?)
+    } else if is_path {
+        let (summary, messages) = inspect_path(&read_text(&arguments.file)?, &name)?;
+        for message in messages.iter().take(SHOWN) {
+            terminal.complain(message);
+        }
+        (describe_path(&summary), to_json(&summary)?)
     } else {
         let machine = arguments.machine.as_deref().map(|given| machine_file(given, Path::new(""))).transpose()?;
         let machine = machine.as_ref().map(|found| &found.machine);
@@ -111,9 +123,71 @@ fn describe_program(summary: &ProgramSummary) -> String {
             );
         }
         let _ = writeln!(text, "limits      {} passed", motion.limits.len());
+        describe_pace(&mut text, &motion.pace);
     }
     let findings = summary.findings.len() + summary.findings_omitted;
     let shown = if findings > SHOWN { format!(", of which the first {SHOWN} are shown") } else { String::new() };
     let _ = writeln!(text, "findings    {findings}{shown}");
+    text
+}
+
+fn describe_pace(text: &mut String, pace: &Pace) {
+    let _ = writeln!(text, "passages    {} at a feed, {:.1} s of rapids", pace.passages.len(), pace.rapid_s);
+    let mut longest: Vec<_> = pace.passages.iter().collect();
+    longest.sort_by(|a, b| b.seconds.total_cmp(&a.seconds));
+    for passage in longest.iter().take(SLOWEST) {
+        let (load, [first, last]) = (&passage.busiest, passage.lines);
+        let _ = writeln!(
+            text,
+            "  lines {first} to {last}: {:.2} s, {:.1} mm, mean {:.0}, usually {:.0} mm/min, {} at {:.0} % of its {}",
+            passage.seconds,
+            passage.length_mm,
+            passage.mean_feed,
+            passage.usual_feed,
+            load.axis,
+            load.share * 100.0,
+            load.kind
+        );
+    }
+    for (cause, seconds) in &pace.lost_s {
+        let cause = if cause.len() > 1 { format!("as {cause}") } else { format!("by axis {cause}") };
+        let _ = writeln!(text, "slower      {seconds:.2} s against the usual feed of each passage, {cause}");
+    }
+    for slow in pace.slowest.iter().take(SLOWEST) {
+        let load = &slow.busiest;
+        let _ = writeln!(
+            text,
+            "  line {}: {:.0} of {:.0} mm/min, {:.3} s more, {} at {:.0} % of its {}",
+            slow.line,
+            slow.feed,
+            slow.usual_feed,
+            slow.lost_s,
+            load.axis,
+            load.share * 100.0,
+            load.kind
+        );
+    }
+}
+
+fn describe_path(summary: &PathSummary) -> String {
+    let mut text =
+        format!("{}: {} tool path {}\nlines       {}\n", summary.file, summary.form, summary.name, summary.lines);
+    for (index, operation) in summary.operations.iter().enumerate() {
+        let duration = operation.feed_s.map_or(String::new(), |seconds| format!(" in {seconds:.1} s"));
+        let tool = operation.tool.map_or("no tool".to_owned(), |tool| format!("tool {tool}"));
+        let _ = writeln!(
+            text,
+            "operation {} {tool}: {} places, {:.1} mm at a feed{duration}, {:.1} mm rapid, tilt up to {:.3} deg",
+            index + 1,
+            operation.places,
+            operation.feed_length_mm,
+            operation.rapid_length_mm,
+            operation.tilt_max_deg
+        );
+        let _ = writeln!(text, "  tip from {:.3?} to {:.3?}", operation.low, operation.high);
+    }
+    let shown =
+        if summary.findings.len() > SHOWN { format!(", of which the first {SHOWN} are shown") } else { String::new() };
+    let _ = writeln!(text, "findings    {}{shown}", summary.findings.len());
     text
 }

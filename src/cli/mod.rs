@@ -1,12 +1,14 @@
 //! The command line: arguments, files, progress and printing around the pure pipeline. The only module that touches
 //! files and terminals. Uses everything.
 
+mod diff;
 mod files;
 mod inputs;
 mod inspect;
 mod machine;
 mod plan;
 mod post;
+mod retarget;
 mod run;
 mod summary;
 mod terminal;
@@ -48,6 +50,10 @@ enum Command {
     Tools(tools::Arguments),
     /// Say what an NC program or a part file holds
     Inspect(inspect::Arguments),
+    /// Write a program's motion for another machine
+    Retarget(retarget::Arguments),
+    /// Say how far two programs are apart, in the part frame
+    Diff(diff::Arguments),
     /// The machines that come along, and checks of your own
     Machine {
         #[command(subcommand)]
@@ -116,6 +122,8 @@ fn dispatch(arguments: &Arguments, terminal: &mut Terminal) -> Result<Outcome, R
         Command::Verify(arguments) => verify::run(arguments, terminal),
         Command::Tools(arguments) => tools::run(arguments, terminal),
         Command::Inspect(arguments) => inspect::run(arguments, terminal),
+        Command::Retarget(arguments) => retarget::run(arguments, terminal),
+        Command::Diff(arguments) => diff::run(arguments, terminal),
         Command::Machine { action } => machine::run(action, terminal),
     }
 }

@@ -104,8 +104,12 @@ impl Block {
         times.fold(0.0, f64::max)
     }
 
-    /// Seconds that feed and axis speeds demand; `feed` in mm/s.
-    fn feed_time(&self, feed: f64, reference: FeedReference, speeds: &[f64; 5]) -> f64 {
+    /// Seconds that the path or its feed, in mm/s, and the axis speeds demand.
+    fn feed_time(&self, asked: Option<f64>, feed: f64, reference: FeedReference, speeds: &[f64; 5]) -> f64 {
+        let axes = self.busiest.iter().zip(speeds).map(|(way, speed)| way / (speed * SHARE.0));
+        if let Some(seconds) = asked {
+            return axes.fold(seconds, f64::max);
+        }
         let fastest = self.tip.max(self.top);
         let length = match reference {
             FeedReference::Tip => self.tip,
@@ -113,12 +117,12 @@ impl Block {
             FeedReference::Top => self.top,
             FeedReference::Fastest => fastest,
         };
-        let axes = self.busiest.iter().zip(speeds).map(|(way, speed)| way / (speed * SHARE.0));
         axes.fold((length / feed).max(fastest / (FASTEST_FLANK * feed)), f64::max)
     }
 }
 
-/// Times every move of a path: feed moves by the length of the feed reference's way in the part over the feed, then
+/// Times every move of a path: feed moves by the path's own times, or else by the length of the feed reference's way in
+/// the part over the feed, then
 /// stretched to the axes' speeds and accelerations over each run between rapids; rapids by the axes alone. `tcp` says
 /// how the control interpolates.
 pub fn durations(path: &ToolPath, setup: &Setup, tcp: bool, moves: &[AxisMove]) -> Vec<TimedMove> {
@@ -137,7 +141,7 @@ pub fn durations(path: &ToolPath, setup: &Setup, tcp: bool, moves: &[AxisMove]) 
             if step.kind.is_rapid() {
                 block.rapid_time(&speeds, &accelerations)
             } else {
-                block.feed_time(feed, path.feed_reference, &speeds)
+                block.feed_time(step.asked, feed, path.feed_reference, &speeds)
             }
         })
         .collect();

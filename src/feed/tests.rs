@@ -68,6 +68,7 @@ fn rapid_runs_from_rest_to_rest() {
             pose,
             kind: PassKind::Rapid,
             pass: 0,
+            asked: None,
         });
         let moves = durations(&path, &setup, true, &moves);
         assert!((moves[1].duration - time).abs() < 1e-9, "{}", moves[1].duration);

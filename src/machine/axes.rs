@@ -65,4 +65,6 @@ pub struct AxisMove {
     pub kind: PassKind,
     /// Index of the pass in the tool path that it belongs to.
     pub pass: usize,
+    /// Seconds that the path wants for it, where the path has times of its own.
+    pub asked: Option<f64>,
 }

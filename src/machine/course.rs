@@ -97,7 +97,7 @@ impl CoursedPass<'_> {
                 0.0 => self.pass.motion.pose(t),
                 slide => slid(motion, t, slide),
             },
-            motion @ PassMotion::Poses(_) => motion.pose(t),
+            motion @ (PassMotion::Poses(_) | PassMotion::Timed(_)) => motion.pose(t),
         }
     }
 

@@ -83,7 +83,7 @@ pub fn linearize(path: &ToolPath, setup: &Setup, tcp: bool, options: &LinearizeO
     let start = &path.passes[first.pass];
     let pose = start.motion.pose(first.t).ok_or_else(|| Diagnostic::error("the tool path starts without a pose"))?;
     let to = rounded(setup, &setup.with_rotary(&pose.tip, first.rotary), tcp);
-    let mut moves = vec![AxisMove { to, pose: setup.forward(&to), kind: start.kind, pass: first.pass }];
+    let mut moves = vec![AxisMove { to, pose: setup.forward(&to), kind: start.kind, pass: first.pass, asked: None }];
     let mut deviation: f64 = 0.0;
     for part in solved {
         let (blocks, worst) = part?;
@@ -173,6 +173,7 @@ fn stretches<'a>(path: &ToolPath, stops: &'a [Stop]) -> Vec<Stretch<'a>> {
 fn corners(pass: &Pass) -> Vec<f64> {
     match &pass.motion {
         PassMotion::Poses(poses) => (0..poses.len()).map(|i| i as f64).collect(),
+        PassMotion::Timed(timed) => timed.corners.iter().map(|i| *i as f64).collect(),
         PassMotion::Ruled(motion) => {
             let knots = motion.lower.knots();
             let repeated = |t: &f64| knots.values().iter().filter(|k| *k == t).count() >= knots.degree();
@@ -211,7 +212,7 @@ impl Cutter<'_> {
         let start = End { t: low, axes: self.rounded(&self.at_stop(first)?) };
         let end = End { t: last.t, axes: self.rounded(&self.at_stop(last)?) };
         if self.stretch.direct {
-            return Ok((vec![self.step(&end)], 0.0));
+            return Ok((vec![self.step(&start, &end)], 0.0));
         }
         let greedy = self.greedy(start, end)?;
         let (mut moves, mut worst): (Vec<AxisMove>, f64) = (Vec::with_capacity(greedy.len()), 0.0);
@@ -229,7 +230,7 @@ impl Cutter<'_> {
         let rewinder = Rewinder::new(self.path, self.courses, self.setup).ok_or_else(no_place)?;
         let block = |axes: &AxisPosition, kind| {
             let to = self.rounded(axes);
-            AxisMove { to, pose: self.setup.forward(&to), kind, pass: self.stretch.pass }
+            AxisMove { to, pose: self.setup.forward(&to), kind, pass: self.stretch.pass, asked: None }
         };
         Ok(rewinder.maneuver(from, to)?.iter().map(|way| block(&way.axes, way.kind)).collect())
     }
@@ -240,7 +241,7 @@ impl Cutter<'_> {
         let measured = self.deviation(from, to, SAMPLES.1);
         let mid = from.t + (to.t - from.t) / 2.0;
         if measured <= self.allowance {
-            moves.push(self.step(to));
+            moves.push(self.step(from, to));
             return Ok(measured);
         }
         if mid <= from.t || mid >= to.t {
@@ -250,12 +251,13 @@ impl Cutter<'_> {
         Ok(self.certify(from, &mid, moves)?.max(self.certify(&mid, to, moves)?))
     }
 
-    fn step(&self, end: &End) -> AxisMove {
+    fn step(&self, start: &End, end: &End) -> AxisMove {
         AxisMove {
             to: end.axes,
             pose: self.setup.forward(&end.axes),
             kind: self.course.pass.kind,
             pass: self.stretch.pass,
+            asked: self.course.pass.motion.seconds(start.t, end.t),
         }
     }
 

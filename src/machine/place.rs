@@ -1,6 +1,6 @@
 //! Places along a tool path, and their names in messages. Uses `motion`.
 
-use crate::motion::{PassKind, Pose, ToolPath};
+use crate::motion::{PassKind, PassMotion, Pose, ToolPath};
 
 /// Largest turn of a rotary axis that counts as continuous between neighbouring stations, radians.
 pub(super) const CONTINUOUS: f64 = 0.45;
@@ -28,8 +28,14 @@ pub(super) fn whereabouts(path: &ToolPath, pass: usize, pose: &Pose) -> String {
         None => "no pass",
     };
     let (tip, axis) = (pose.tip, pose.axis);
+    // Where the path was read from a file, its line says more than the pass.
+    let line = match path.passes.get(pass).map(|p| &p.motion) {
+        Some(PassMotion::Timed(timed)) => timed.line_near(pose),
+        _ => None,
+    };
+    let line = line.map(|line| format!("line {line}, ")).unwrap_or_default();
     format!(
-        "pass {pass} ({kind}{strip}) at tip [{:.3}, {:.3}, {:.3}], axis [{:.5}, {:.5}, {:.5}]",
+        "{line}pass {pass} ({kind}{strip}) at tip [{:.3}, {:.3}, {:.3}], axis [{:.5}, {:.5}, {:.5}]",
         tip.x, tip.y, tip.z, axis.x, axis.y, axis.z
     )
 }

@@ -146,7 +146,7 @@ fn near_enough(from: &Station, to: &Station) -> bool {
 /// Parameters of corners and knots of a pass, with points between where the axis turns other than along great circles.
 fn marks(pass: &CoursedPass<'_>) -> Vec<f64> {
     let breaks = pass.breaks();
-    if let PassMotion::Poses(_) = pass.pass.motion {
+    if let PassMotion::Poses(_) | PassMotion::Timed(_) = pass.pass.motion {
         return breaks;
     }
     let mut marks = Vec::with_capacity(breaks.len() * FEWEST);

@@ -4,9 +4,11 @@
 //! Format `regulus-cl`, version 1. Part frame, mm, mm/min, 1/min. The head names job, tool, feed and tolerances;
 //! `passes` lists the motions in order of execution, each starting where the one before ends. A pass either rules a
 //! surface between two rails (`ruled`: B-splines of one degree and one knot vector) or goes through poses (`poses`:
-//! tip x, y, z and unit axis i, j, k from tip toward spindle).
+//! tip x, y, z and unit axis i, j, k from tip toward spindle), maybe with times of its own (`timed`: the poses, the
+//! seconds from the start of the pass at each, the indices of those where there may be a corner, and lines of the file
+//! that they came from).
 
-use super::path::{FeedReference, Pass, PassKind, PassMotion, RuledMotion, ToolPath, ToolSummary};
+use super::path::{FeedReference, Pass, PassKind, PassMotion, RuledMotion, TimedPoses, ToolPath, ToolSummary};
 use super::pose::{Pose, angle_between};
 use crate::diagnostic::{Diagnostic, Result};
 use crate::geometry::knots::Knots;
@@ -56,6 +58,18 @@ struct FilePass {
     ruled: Option<Ruled>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     poses: Option<Vec<[f64; 6]>>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    timed: Option<Timed>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Timed {
+    poses: Vec<[f64; 6]>,
+    seconds: Vec<f64>,
+    corners: Vec<usize>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    lines: Vec<usize>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -150,7 +164,7 @@ fn all_finite<'a>(numbers: impl IntoIterator<Item = &'a f64>) -> Result<()> {
 }
 
 fn file_pass(pass: &Pass) -> Result<FilePass> {
-    let mut file = FilePass { kind: pass.kind, strip: pass.strip, ruled: None, poses: None };
+    let mut file = FilePass { kind: pass.kind, strip: pass.strip, ruled: None, poses: None, timed: None };
     match &pass.motion {
         PassMotion::Ruled(motion) => {
             let knots = motion.lower.knots();
@@ -168,14 +182,25 @@ fn file_pass(pass: &Pass) -> Result<FilePass> {
             all_finite(ruled.lower.iter().chain(&ruled.upper).flatten().chain([&ruled.lower_height]))?;
             file.ruled = Some(ruled);
         }
-        PassMotion::Poses(poses) => {
-            let poses: Vec<[f64; 6]> =
-                poses.iter().map(|p| [p.tip.x, p.tip.y, p.tip.z, p.axis.x, p.axis.y, p.axis.z]).collect();
-            all_finite(poses.iter().flatten())?;
-            file.poses = Some(poses);
+        PassMotion::Poses(poses) => file.poses = Some(file_poses(poses)?),
+        PassMotion::Timed(timed) => {
+            all_finite(&timed.seconds)?;
+            file.timed = Some(Timed {
+                poses: file_poses(&timed.poses)?,
+                seconds: timed.seconds.clone(),
+                corners: timed.corners.clone(),
+                lines: timed.lines.clone(),
+            });
         }
     }
     Ok(file)
+}
+
+fn file_poses(poses: &[Pose]) -> Result<Vec<[f64; 6]>> {
+    let poses: Vec<[f64; 6]> =
+        poses.iter().map(|p| [p.tip.x, p.tip.y, p.tip.z, p.axis.x, p.axis.y, p.axis.z]).collect();
+    all_finite(poses.iter().flatten())?;
+    Ok(poses)
 }
 
 fn check_head<P>(file: &File<P>) -> Result<()> {
@@ -214,14 +239,14 @@ fn check_head<P>(file: &File<P>) -> Result<()> {
 }
 
 fn pass(file: FilePass) -> Result<Pass> {
-    let motion = match (file.ruled, file.poses) {
-        (Some(ruled), None) => PassMotion::Ruled(ruled_motion(ruled)?),
-        (None, Some(poses)) if poses.is_empty() => {
-            return Err(Diagnostic::error("`poses` is empty").help("give at least one pose"));
-        }
-        (None, Some(poses)) => PassMotion::Poses(poses.iter().enumerate().map(pose).collect::<Result<_>>()?),
+    let motion = match (file.ruled, file.poses, file.timed) {
+        (Some(ruled), None, None) => PassMotion::Ruled(ruled_motion(ruled)?),
+        (None, Some(poses), None) => PassMotion::Poses(read_poses(&poses)?),
+        (None, None, Some(timed)) => PassMotion::Timed(timed_poses(timed)?),
         _ => {
-            return Err(Diagnostic::error("a pass moves in exactly one way").help("give either `ruled` or `poses`"));
+            return Err(
+                Diagnostic::error("a pass moves in exactly one way").help("give one of `ruled`, `poses` and `timed`")
+            );
         }
     };
     Ok(Pass { kind: file.kind, strip: file.strip, motion })
@@ -248,6 +273,30 @@ fn ruled_motion(ruled: Ruled) -> Result<RuledMotion> {
         }
     }
     Ok(motion)
+}
+
+fn read_poses(poses: &[[f64; 6]]) -> Result<Vec<Pose>> {
+    if poses.is_empty() {
+        return Err(Diagnostic::error("`poses` is empty").help("give at least one pose"));
+    }
+    poses.iter().enumerate().map(pose).collect()
+}
+
+fn timed_poses(timed: Timed) -> Result<TimedPoses> {
+    let poses = read_poses(&timed.poses)?;
+    let Timed { seconds, corners, lines, .. } = timed;
+    if seconds.len() != poses.len() || !(lines.is_empty() || lines.len() == poses.len()) {
+        return Err(Diagnostic::error("`timed` has lists of different length")
+            .help("give one number of `seconds`, and one of `lines` if any, for each pose"));
+    }
+    if seconds.windows(2).any(|pair| pair[1] < pair[0]) {
+        return Err(Diagnostic::error("`seconds` fall").help("write the time since the start of the pass at each pose"));
+    }
+    if corners.windows(2).any(|pair| pair[1] <= pair[0]) || corners.last().is_some_and(|last| *last >= poses.len()) {
+        return Err(Diagnostic::error("`corners` are no ascending indices of poses")
+            .help("write indices from 0, each larger than the one before"));
+    }
+    Ok(TimedPoses { poses, seconds, corners, lines })
 }
 
 fn pose((i, &[x, y, z, a, b, c]): (usize, &[f64; 6])) -> Result<Pose> {

@@ -63,6 +63,58 @@ pub enum PassMotion {
     Ruled(RuledMotion),
     /// Through poses: tip straight, axis on the great circle in between.
     Poses(Vec<Pose>),
+    /// The same with times of its own.
+    Timed(TimedPoses),
+}
+
+/// A motion with times of its own, as a program or the CL file of another system gives them: poses so close together
+/// that tip straight and axis on the great circle is the motion.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TimedPoses {
+    /// At least one.
+    pub poses: Vec<Pose>,
+    /// Seconds from the start of the pass at each pose; never falling.
+    pub seconds: Vec<f64>,
+    /// Indices of the poses where the motion may have a corner, ascending; the first and the last always count.
+    pub corners: Vec<usize>,
+    /// Line of the file that it was read from whose motion leads to each pose; empty where there is none.
+    pub lines: Vec<usize>,
+}
+
+impl TimedPoses {
+    /// Begins at a pose that a line leads to.
+    pub fn starting(pose: Pose, line: usize) -> Self {
+        Self { poses: vec![pose], seconds: vec![0.0], corners: vec![0], lines: vec![line] }
+    }
+
+    /// Goes on to a pose in `seconds`.
+    pub fn push(&mut self, pose: Pose, seconds: f64, line: usize, corner: bool) {
+        if corner {
+            self.corners.push(self.poses.len());
+        }
+        let before = self.seconds.last().copied().unwrap_or_default();
+        self.poses.push(pose);
+        self.seconds.push(before + seconds);
+        self.lines.push(line);
+    }
+
+    /// Seconds from the start at parameter `t`.
+    fn seconds_at(&self, t: f64) -> f64 {
+        let leg = (t.max(0.0) as usize).min(self.seconds.len().saturating_sub(1));
+        let from = self.seconds.get(leg).copied().unwrap_or_default();
+        let to = self.seconds.get(leg + 1).copied().unwrap_or(from);
+        from + (to - from) * (t - leg as f64).clamp(0.0, 1.0)
+    }
+
+    /// Line of the file whose motion leads to the pose nearest to a place.
+    pub fn line_near(&self, pose: &Pose) -> Option<usize> {
+        let off = |index: &usize| {
+            let other = &self.poses[*index];
+            (other.tip - pose.tip).norm() + other.axis_angle(pose)
+        };
+        let nearest = (0..self.poses.len()).min_by(|a, b| off(a).total_cmp(&off(b)))?;
+        self.lines.get(nearest).copied()
+    }
 }
 
 impl PassMotion {
@@ -70,7 +122,15 @@ impl PassMotion {
     pub fn domain(&self) -> (f64, f64) {
         match self {
             Self::Ruled(motion) => motion.domain(),
-            Self::Poses(poses) => (0.0, poses.len().saturating_sub(1) as f64),
+            Self::Poses(poses) | Self::Timed(TimedPoses { poses, .. }) => (0.0, poses.len().saturating_sub(1) as f64),
+        }
+    }
+
+    /// Seconds that the motion itself wants between two parameters; `None` where it has no times of its own.
+    pub fn seconds(&self, from: f64, to: f64) -> Option<f64> {
+        match self {
+            Self::Timed(timed) => Some(timed.seconds_at(to) - timed.seconds_at(from)),
+            Self::Ruled(_) | Self::Poses(_) => None,
         }
     }
 
@@ -81,7 +141,7 @@ impl PassMotion {
                 let (low, high) = motion.domain();
                 motion.pose(t.clamp(low, high))
             }
-            Self::Poses(poses) => {
+            Self::Poses(poses) | Self::Timed(TimedPoses { poses, .. }) => {
                 let last = poses.len().checked_sub(1)?;
                 let leg = (t.max(0.0) as usize).min(last);
                 match poses.get(leg + 1) {
@@ -96,7 +156,7 @@ impl PassMotion {
     pub fn breaks(&self) -> Vec<f64> {
         match self {
             Self::Ruled(motion) => motion.lower.knots().breaks(),
-            Self::Poses(poses) => (0..poses.len()).map(|i| i as f64).collect(),
+            Self::Poses(poses) | Self::Timed(TimedPoses { poses, .. }) => (0..poses.len()).map(|i| i as f64).collect(),
         }
     }
 }

@@ -1,7 +1,7 @@
 //! One block's codes and letters, sorted by what they are for. Uses `machine` for the ways a control turns the tool.
 
 use super::block::{Word, WordMode, address};
-use super::code::{FeedGroup, FeedUnit, GCode, MCode, Motion, Plane, SpindleTurn, letters};
+use super::code::{Coolant, FeedGroup, FeedUnit, GCode, MCode, Motion, Plane, SpindleTurn, letters};
 use super::program::{AxisSet, Turn, Turns};
 use crate::machine::TcpInterpolation;
 
@@ -158,6 +158,7 @@ pub(super) struct BlockCodes {
     pub(super) not_followed: bool,
     pub(super) canned_cycle: bool,
     pub(super) spindle: Option<SpindleTurn>,
+    pub(super) coolant: Option<Coolant>,
     pub(super) tool_change: bool,
     pub(super) tcp: Option<bool>,
     pub(super) analog_output: bool,
@@ -230,6 +231,7 @@ impl BlockCodes {
             MCode::Stop => self.stop = true,
             MCode::End => self.end = true,
             MCode::Spindle(turn) => self.spindle = Some(turn),
+            MCode::Coolant(coolant) => self.coolant = Some(coolant),
             MCode::ToolChange => self.tool_change = true,
             MCode::Tcp(on) => self.tcp = Some(on),
             MCode::ShortestWay(on) => self.shortest_way = Some(on),

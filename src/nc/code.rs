@@ -246,13 +246,27 @@ pub enum MCode {
     ShortestWay(bool),
     /// Machine coordinates in this block (M91).
     MachineFrame,
+    /// M7, M8, M9.
+    Coolant(Coolant),
+}
+
+/// What the coolant does.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Coolant {
+    /// M9.
+    #[default]
+    Off,
+    /// M7.
+    Mist,
+    /// M8.
+    Flood,
 }
 
 impl MCode {
     /// The modal group as a bit; codes without one share none.
     pub fn group(self) -> u32 {
         match self {
-            Self::Unknown | Self::Unsupported | Self::Harmless(_) => 0,
+            Self::Unknown | Self::Unsupported | Self::Harmless(_) | Self::Coolant(_) => 0,
             Self::Stop | Self::End => 1 << 16,
             Self::Spindle(_) => 1 << 17,
             Self::ToolChange => 1 << 18,

@@ -1,7 +1,7 @@
 //! What a program commands: moves and changes of state in the order of the text, in its own coordinates. Uses `machine`
 //! for the ways a control turns the tool.
 
-use super::code::{PathControl, Plane, SpindleTurn, WorkOffsetCode};
+use super::code::{Coolant, PathControl, Plane, SpindleTurn, WorkOffsetCode};
 use super::finding::Findings;
 use crate::machine::TcpInterpolation;
 
@@ -197,6 +197,8 @@ pub enum Change {
     Dwell(f64),
     /// Waits for the operator.
     Stop,
+    /// Coolant.
+    Coolant(Coolant),
 }
 
 /// Which tool length offset is in force.

@@ -33,7 +33,7 @@ fn path() -> ToolPath {
 fn timed(setup: &Setup, linear: [f64; 3], rotary: [f64; 2], rapid: bool, duration: f64) -> TimedMove {
     let to = AxisPosition { linear, rotary };
     let kind = if rapid { PassKind::Rapid } else { PassKind::Cut };
-    TimedMove { axes: AxisMove { to, pose: setup.forward(&to), kind, pass: 0 }, duration, tip_length: 0.0 }
+    TimedMove { axes: AxisMove { to, pose: setup.forward(&to), kind, pass: 0, asked: None }, duration, tip_length: 0.0 }
 }
 
 fn moves(setup: &Setup, raw: &[([f64; 3], [f64; 2], bool, f64)]) -> Vec<TimedMove> {

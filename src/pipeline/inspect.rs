@@ -2,6 +2,7 @@
 //! file's size and form.
 
 use super::InputFile;
+use super::pace::{Pace, pace};
 use crate::diagnostic::{Diagnostic, Result, Severity};
 use crate::machine::{Dialect, DialectOptions, Machine, Setup};
 use crate::nc::program::{AXIS_LETTERS, Change, Frame, Way};
@@ -13,7 +14,7 @@ use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Format and version of the JSON that both summaries become.
-const FORMAT: (&str, u32) = ("regulus-inspect", 1);
+pub(super) const FORMAT: (&str, u32) = ("regulus-inspect", 1);
 
 /// An NC program in figures.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -77,6 +78,8 @@ pub struct MotionSummary {
     pub axes: Vec<(char, AxisRecord)>,
     /// Every limit that is passed.
     pub limits: Vec<LimitViolation>,
+    /// Where the time goes.
+    pub pace: Pace,
 }
 
 /// A finding in a program.
@@ -215,7 +218,8 @@ fn extents(program: &Program) -> BTreeMap<char, Extent> {
 
 fn summarize(motion: &ToolMotion) -> MotionSummary {
     let report = motion.axis_report();
-    MotionSummary { program: ProgramRecord::of(motion), axes: AxisRecord::all(&report), limits: report.limits }
+    let (program, pace) = (ProgramRecord::of(motion), pace(motion));
+    MotionSummary { program, axes: AxisRecord::all(&report), limits: report.limits, pace }
 }
 
 fn list(findings: &Findings) -> Vec<FindingSummary> {

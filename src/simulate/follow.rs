@@ -136,7 +136,7 @@ impl<'a> Follower<'a> {
             }
             Change::Spindle { rpm, .. } => self.rpm = rpm,
             Change::Dwell(seconds) => self.time += seconds,
-            Change::PathControl(_) | Change::Stop => {}
+            Change::PathControl(_) | Change::Stop | Change::Coolant(_) => {}
         }
     }
 

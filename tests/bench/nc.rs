@@ -102,7 +102,7 @@ fn timed(setup: &Setup, k: usize) -> TimedMove {
         linear: [80.0 * t.cos(), 80.0 * t.sin(), -100.0 + 10.0 * (3.0 * t).sin()],
         rotary: [0.7 + 0.1 * t.sin(), (t / 7.0).sin()],
     };
-    let axes = AxisMove { to, pose: setup.forward(&to), kind: PassKind::Cut, pass: 0 };
+    let axes = AxisMove { to, pose: setup.forward(&to), kind: PassKind::Cut, pass: 0, asked: None };
     TimedMove { axes, duration: 0.016, tip_length: 0.16 }
 }
 

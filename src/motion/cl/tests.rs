@@ -30,6 +30,39 @@ fn sample() -> ToolPath {
     }
 }
 
+/// The sample with a retract that has times of its own.
+fn timed_sample() -> ToolPath {
+    let mut path = sample();
+    if let PassMotion::Poses(poses) = &path.passes[1].motion {
+        let mut timed = TimedPoses::starting(poses[0], 7);
+        timed.push(poses[0].interpolate(&poses[1], 0.5), 0.1, 8, false);
+        timed.push(poses[1], 0.25, 8, true);
+        path.passes[1].motion = PassMotion::Timed(timed);
+    }
+    path
+}
+
+#[test]
+fn times_and_lines_survive_the_file() {
+    let path = timed_sample();
+    let text = write(&path).unwrap();
+    assert_eq!(read(&text, "p.cl").unwrap(), path);
+    let motion = &path.passes[1].motion;
+    assert!((motion.seconds(0.5, 2.0).unwrap() - 0.3).abs() < 1e-12);
+    let PassMotion::Timed(timed) = motion else { panic!("{motion:?}") };
+    assert_eq!((timed.line_near(&timed.poses[0]), &timed.corners[..]), (Some(7), &[0, 2][..]));
+    for (from, to, said) in [
+        ("\"seconds\":[0.0,", "\"seconds\":[", "lists of different length"),
+        ("\"seconds\":[0.0,", "\"seconds\":[1.0,", "`seconds` fall"),
+        ("\"corners\":[0,2]", "\"corners\":[0,3]", "no ascending indices"),
+        ("\"corners\":[0,2]", "\"corners\":[2,2]", "no ascending indices"),
+    ] {
+        assert!(text.contains(from), "{text}");
+        let e = read(&text.replacen(from, to, 1), "p.cl").unwrap_err().to_string();
+        assert!(e.contains(said) && e.contains("p.cl:3:1") && e.contains("help: "), "{e}");
+    }
+}
+
 #[test]
 fn what_is_written_is_what_is_read() {
     let path = sample();

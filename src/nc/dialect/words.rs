@@ -2,7 +2,7 @@
 
 use super::Rules;
 use super::style::{Style, Templates, Wrapped};
-use crate::nc::code::{FeedUnit, GCode, MCode, Motion, Plane, SpindleTurn};
+use crate::nc::code::{Coolant, FeedUnit, GCode, MCode, Motion, Plane, SpindleTurn};
 use crate::nc::format::NumberStyle;
 
 impl Rules {
@@ -53,7 +53,9 @@ impl Rules {
         self.set_m(&[4], MCode::Spindle(SpindleTurn::Counterclockwise));
         self.set_m(&[5], MCode::Spindle(SpindleTurn::Off));
         self.set_m(&[6], MCode::ToolChange);
-        self.set_m(&[7, 8, 9], MCode::Harmless(0));
+        self.set_m(&[7], MCode::Coolant(Coolant::Mist));
+        self.set_m(&[8], MCode::Coolant(Coolant::Flood));
+        self.set_m(&[9], MCode::Coolant(Coolant::Off));
         self.set_m(&[98, 99], MCode::Unsupported);
     }
 }

@@ -81,6 +81,9 @@ impl Interpreter<'_> {
     }
 
     fn change_spindle(&mut self, block: &Block, letters: &Letters, codes: &BlockCodes) {
+        if let Some(coolant) = codes.coolant {
+            self.change(block, Change::Coolant(coolant));
+        }
         let speed = letters.get(b'S');
         if speed.is_none() && codes.spindle.is_none() {
             return;
