@@ -59,6 +59,29 @@ impl BandedMatrix {
         }
     }
 
+    /// Adds another matrix of the same size and band.
+    pub fn add(&mut self, other: &Self) {
+        for (entry, value) in self.rows.iter_mut().zip(&other.rows) {
+            *entry += value;
+        }
+    }
+
+    /// The product with a vector.
+    pub fn times(&self, x: &[f64]) -> Vec<f64> {
+        let w = self.half_bandwidth;
+        let mut product = vec![0.0; self.size];
+        for i in 0..self.size {
+            let (row, reach) = (self.row(i), i.min(w));
+            product[i] += row[w] * x[i];
+            for (k, entry) in row[w - reach..w].iter().enumerate() {
+                let j = i - reach + k;
+                product[i] += entry * x[j];
+                product[j] += entry * x[i];
+            }
+        }
+        product
+    }
+
     /// Factors in place into `L L^T`; `None` when a pivot is not positive.
     pub fn factor(mut self) -> Option<Factor> {
         let (n, w) = (self.size, self.half_bandwidth);

@@ -1,10 +1,10 @@
 //! What a strip's envelope does to the part, sampled densely between the instants that the fit saw.
 
-use super::chart::Chart;
+use super::chart::{Chart, Frame};
 use super::fit::{BODY_MARGIN, SphereFamily, side_foot};
-use crate::envelope::{NoContact, envelope_point};
+use super::touch::{Hint, NoTouch, Probe};
+use crate::envelope::NoContact;
 use crate::motion::RuledMotion;
-use crate::tool::Tool;
 
 /// Deviation of one strip's envelope from the part, over the part of the surface that it covers.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -57,7 +57,8 @@ pub(super) struct Borders {
 
 impl Borders {
     /// False where an end of the flank, at share `k` of 0..=`top` and instant `j` of 0..=`end`, stops inside the band.
-    fn passed(&self, (g, h): (f64, f64), (k, top): (usize, usize), (j, end): (usize, usize)) -> bool {
+    fn passed(&self, frame: &Frame, (k, top): (usize, usize), (j, end): (usize, usize)) -> bool {
+        let (g, h) = frame.place;
         let over = (0.0..=1.0).contains(&h);
         !(k == 0 && over && g > self.low
             || k == top && over && g < self.high
@@ -66,49 +67,77 @@ impl Borders {
     }
 }
 
-/// Samples the envelope at `instants` x `heights` points between the rails.
-pub(super) fn assess(
-    chart: &Chart<'_>,
-    tool: &Tool,
-    family: &SphereFamily,
-    (motion, borders): (&RuledMotion, &Borders),
+/// One point at which the envelope was judged.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Judged {
+    /// Path parameter.
+    pub(super) t: f64,
+    /// Share of the flank between the rails.
+    pub(super) share: f64,
+    /// Signed deviation, mm, positive above the surface; none beside the surface.
+    pub(super) deviation: Option<f64>,
+    /// Where the search for its foot may start.
+    pub(super) hint: Hint,
+}
+
+/// A strip's envelope, judged on a grid.
+#[derive(Clone, Debug)]
+pub(super) struct Survey {
+    /// Instant by instant, `heights` points each from the lower rail.
+    pub(super) points: Vec<Judged>,
+    /// Points an instant.
+    pub(super) heights: usize,
+    /// The worst of them, and of the flutes, shank and holder beside the strip.
+    pub(super) worst: Deviation,
+}
+
+/// Judges the envelope at `instants` x `heights` points between the rails.
+pub(super) fn survey(
+    probe: &Probe<'_>,
+    borders: &Borders,
     (instants, heights): (usize, usize),
-) -> Result<Deviation, AssessError> {
-    let (start, end) = motion.domain();
+) -> Result<Survey, AssessError> {
+    let (start, end) = probe.motion.domain();
     let mut worst = Deviation { overcut: 0.0, undercut: 0.0, outside: 0.0, samples: 0 };
-    let mut near: Vec<Option<(f64, f64)>> = vec![None; heights];
+    let mut points = Vec::with_capacity(instants * heights);
+    let mut near: Vec<Option<Hint>> = vec![None; heights];
     for j in 0..instants {
         let t = start + (end - start) * j as f64 / (instants - 1) as f64;
         let degenerate = AssessError::Degenerate { t };
-        let rate = motion.pose_rate(t).ok_or(degenerate)?;
-        let length = (motion.upper.point(t) - motion.lower.point(t)).norm();
+        let at = probe.instant(t).ok_or(degenerate)?;
         for (k, near) in near.iter_mut().enumerate() {
             let share = k as f64 / (heights - 1) as f64;
-            let height = family.contact_height((motion.lower_height + share * length).min(family.highest()));
-            let contact = tool.contact_at(height).ok_or(degenerate)?;
-            let centre = rate.pose.at_height(contact.sphere_height());
-            let guess = near.unwrap_or((share, j as f64 / (instants - 1) as f64));
-            let below = chart.foot(&centre, guess).ok_or(degenerate)?;
-            if !borders.passed(below.frame.place, (k, heights - 1), (j, instants - 1)) {
-                return Err(AssessError::Uncovered { t });
-            }
-            let touch = match envelope_point(&rate, &contact, &-below.frame.normal) {
+            let guess = || probe.hint(&at, share, (share, j as f64 / (instants - 1) as f64));
+            let hint = near.or_else(guess).ok_or(degenerate)?;
+            let touch = match probe.touch(&at, share, &hint) {
                 Ok(touch) => touch,
                 // Off the surface the motion may do as it likes.
-                Err(_) if !below.frame.inside() => continue,
-                Err(cause) => return Err(AssessError::NoContact { t, height, cause }),
+                Err(NoTouch::Envelope { over: false, .. }) => {
+                    points.push(Judged { t, share, deviation: None, hint });
+                    continue;
+                }
+                Err(NoTouch::Envelope { height, cause, .. }) => {
+                    return Err(AssessError::NoContact { t, height, cause });
+                }
+                Err(NoTouch::Degenerate) => return Err(degenerate),
             };
-            let foot = chart.foot(&touch.point, below.frame.place).ok_or(degenerate)?;
-            *near = Some(foot.frame.place);
-            if foot.frame.inside() {
-                worst.overcut = worst.overcut.max(-foot.distance);
-                worst.undercut = worst.undercut.max(foot.distance);
+            let frame = &touch.foot.frame;
+            if !borders.passed(frame, (k, heights - 1), (j, instants - 1)) {
+                return Err(AssessError::Uncovered { t });
+            }
+            let deviation = frame.inside().then_some(touch.foot.distance);
+            if let Some(distance) = deviation {
+                worst.overcut = worst.overcut.max(-distance);
+                worst.undercut = worst.undercut.max(distance);
                 worst.samples += 1;
             }
+            *near = Some(touch.hint());
+            points.push(Judged { t, share, deviation, hint: touch.hint() });
         }
-        worst.outside = worst.outside.max(gouge_beside(chart, family, motion, t).ok_or(degenerate)?);
+        let gouge = gouge_beside(probe.chart, probe.family, probe.motion, t).ok_or(degenerate)?;
+        worst.outside = worst.outside.max(gouge);
     }
-    Ok(worst)
+    Ok(Survey { points, heights, worst })
 }
 
 /// Spans of the flutes above the strip at which their clearance is judged.

@@ -7,9 +7,8 @@
 //! Residual: sphere distance |c - foot(c)| - r, signed (R19), whose exact gradient is the foot's normal.
 
 use super::chart::{Chart, ChartFoot};
-use crate::geometry::knots::Knots;
-use crate::geometry::{Point, SplineCurve, Vector};
-use crate::motion::RuledMotion;
+use super::rails::{BLOCK, RUN, Rails, SECOND_DIFFERENCE};
+use crate::geometry::{Point, Vector};
 use crate::optimize::{LeastSquares, NormalEquations};
 use crate::tool::{Contact, Tool};
 
@@ -103,6 +102,8 @@ pub(super) struct FitWeights {
     pub(super) extension: f64,
     /// Rails over their borders and at their times.
     pub(super) anchor: f64,
+    /// The same where a rail would leave part of the band uncut.
+    pub(super) firm: f64,
     /// Second differences of the control points.
     pub(super) fairness: f64,
     /// Gouging by parts of the tool outside the strip.
@@ -127,45 +128,24 @@ pub(super) struct StripFit<'a> {
     chart: &'a Chart<'a>,
     family: &'a SphereFamily,
     spec: &'a StripSpec,
-    knots: Knots,
+    rails: Rails,
     /// Time samples, each with its basis.
     times: Vec<f64>,
     /// Shares of the engaged flank, 0 at the lower rail.
     shares: Vec<f64>,
-    /// Weights per (time, share), for reweighting; mean 1.
-    pub(super) sample_weights: Vec<f64>,
-    /// Wanted deviation, mm: positive leaves stock.
-    pub(super) target: f64,
     /// Weights of the terms.
     pub(super) weights: FitWeights,
-    /// Height of the sphere centre that rides on the lower rail.
-    lower_height: f64,
     /// Last known feet (g, h) per (time, share), then per (time, outside point).
     hints: Vec<(f64, f64)>,
     /// Samples that count in full, fixed while a minimization runs so that its cost stays smooth.
     counted: Vec<bool>,
-    /// Last deviations per (time, share), mm; NaN never, extension samples included.
-    pub(super) deviations: Vec<Sampled>,
-}
-
-/// What a sample showed at the last assembly.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Sampled {
-    /// Signed deviation, mm: positive is undercut.
-    pub(super) deviation: f64,
-    /// Foot on the surface itself.
-    pub(super) inside: bool,
+    /// Whether each (time, share) lay over the surface at the last assembly.
+    inside: Vec<bool>,
 }
 
 fn inside((g, h): (f64, f64)) -> bool {
     (0.0..=1.0).contains(&g) && (0.0..=1.0).contains(&h)
 }
-
-/// How much more firmly a rail is held where it would leave part of the band uncut.
-const FIRM: f64 = 300.0;
-
-/// Unknowns per control point index: three of the lower rail, three of the upper.
-const BLOCK: usize = 6;
 
 struct Row {
     time: usize,
@@ -185,7 +165,7 @@ impl<'a> StripFit<'a> {
         heights: usize,
         weights: FitWeights,
     ) -> Option<Self> {
-        let knots = Knots::clamped_uniform(3, controls).ok()?;
+        let rails = Rails::new(controls, family.lowest())?;
         let count = spec.lower_time.len();
         let times: Vec<f64> = (0..count).map(|j| j as f64 / (count - 1) as f64).collect();
         // Chebyshev-like spacing: minimax needs samples near both ends of the flank.
@@ -202,17 +182,14 @@ impl<'a> StripFit<'a> {
             (spec.high, spec.upper_time[j])
         }));
         Some(Self {
-            sample_weights: vec![1.0; count * heights],
-            deviations: vec![Sampled { deviation: 0.0, inside: false }; count * heights],
+            inside: vec![false; count * heights],
             counted: hints.iter().take(count * heights).map(|h| inside(*h)).collect(),
-            lower_height: family.lowest(),
             chart,
             family,
             spec,
-            knots,
+            rails,
             times,
             shares,
-            target: 0.0,
             weights,
             hints,
         })
@@ -220,23 +197,19 @@ impl<'a> StripFit<'a> {
 
     /// Lets the samples that now lie over the surface count in full, the others as its extension.
     pub(super) fn recount(&mut self) {
-        for (counted, sample) in self.counted.iter_mut().zip(&self.deviations) {
-            *counted = sample.inside;
-        }
+        self.counted.clone_from(&self.inside);
     }
 
     /// Rails that pass as near as can be through one ruling per time sample.
     pub(super) fn start(&self, rulings: &[(Point, Point)]) -> Option<Vec<f64>> {
         let mut equations = NormalEquations::new(self.unknowns(), self.half_bandwidth());
         for (t, (a, b)) in self.times.iter().zip(rulings) {
-            let basis = self.knots.basis(*t);
-            for c in 0..BLOCK {
-                let value = if c < 3 { a[c] } else { b[c - 3] };
-                let mut run = [0.0; BLOCK * 4];
-                for i in 0..4 {
-                    run[i * BLOCK + c] = basis.ders[0][i];
+            for c in 0..3 {
+                let unit = Vector::ith(c, 1.0);
+                for (value, lower, upper) in [(a[c], unit, Vector::zeros()), (b[c], Vector::zeros(), unit)] {
+                    let (first, run) = self.rails.gradient(*t, &lower, &upper);
+                    equations.add(first, &run, -value, 1.0);
                 }
-                equations.add(basis.first * BLOCK, &run, -value, 1.0);
             }
         }
         self.add_fairness(&vec![0.0; self.unknowns()], &mut equations, 1e-6);
@@ -245,59 +218,32 @@ impl<'a> StripFit<'a> {
         Some(x)
     }
 
-    /// The motion that unknowns stand for.
-    pub(super) fn motion(&self, x: &[f64]) -> Option<RuledMotion> {
-        let rail = |offset: usize| {
-            let control = x.chunks(BLOCK).map(|c| Point::new(c[offset], c[offset + 1], c[offset + 2])).collect();
-            SplineCurve::from_knots(self.knots.clone(), control).ok()
-        };
-        Some(RuledMotion { lower: rail(0)?, upper: rail(3)?, lower_height: self.lower_height })
+    /// The layout of the unknowns.
+    pub(super) fn rails(&self) -> &Rails {
+        &self.rails
     }
 
     fn add_fairness(&self, x: &[f64], equations: &mut NormalEquations, weight: f64) {
-        let controls = self.knots.controls();
+        let controls = self.rails.controls();
         // Second differences shrink with the square of the spacing; this keeps the integral of |P''|^2 in proportion.
         let scaled = weight * (controls as f64).powi(3) / 400.0;
-        for i in 0..controls.saturating_sub(2) {
-            for c in 0..BLOCK {
-                let mut run = [0.0; BLOCK * 3];
-                run[c] = 1.0;
-                run[BLOCK + c] = -2.0;
-                run[2 * BLOCK + c] = 1.0;
-                let at = |k: usize| x[(i + k) * BLOCK + c];
-                equations.add(i * BLOCK, &run, at(0) - 2.0 * at(1) + at(2), scaled);
-            }
+        let mut run = [0.0; BLOCK * 2 + 1];
+        for (k, coefficient) in SECOND_DIFFERENCE.iter().enumerate() {
+            run[k * BLOCK] = *coefficient;
         }
-    }
-
-    /// Lower and upper rail points at time sample `j`.
-    fn rails(&self, x: &[f64], j: usize) -> (Point, Point) {
-        let basis = self.knots.basis(self.times[j]);
-        let mut sums = [0.0; BLOCK];
-        for i in 0..4 {
-            for (c, sum) in sums.iter_mut().enumerate() {
-                *sum += basis.ders[0][i] * x[(basis.first + i) * BLOCK + c];
-            }
+        for (first, value) in self.rails.second_differences(x) {
+            equations.add(first, &run, value, scaled);
         }
-        (Point::new(sums[0], sums[1], sums[2]), Point::new(sums[3], sums[4], sums[5]))
     }
 
     fn add_row(&self, row: &Row, equations: &mut NormalEquations) {
-        let basis = self.knots.basis(self.times[row.time]);
-        let mut run = [0.0; BLOCK * 4];
-        for i in 0..4 {
-            let b = basis.ders[0][i];
-            for c in 0..3 {
-                run[i * BLOCK + c] = b * row.lower[c];
-                run[i * BLOCK + 3 + c] = b * row.upper[c];
-            }
-        }
-        equations.add(basis.first * BLOCK, &run, row.residual, row.weight);
+        let (first, run) = self.rails.gradient(self.times[row.time], &row.lower, &row.upper);
+        equations.add(first, &run, row.residual, row.weight);
     }
 
     /// Rows of one time sample: engaged flank, borders, and the rest of the tool.
     fn rows_at(&mut self, x: &[f64], j: usize, rows: &mut Vec<Row>) -> Option<()> {
-        let (a, b) = self.rails(x, j);
+        let (a, b) = self.rails.points(x, self.times[j]);
         let span = b - a;
         let length = span.norm();
         if length <= 1e-6 || !length.is_finite() {
@@ -310,18 +256,17 @@ impl<'a> StripFit<'a> {
             let centre = a + span * f;
             let foot = self.chart.foot(&centre, self.hints[index])?;
             self.hints[index] = foot.frame.place;
-            let (radius, slope) = self.family.radius(self.lower_height + f * length);
+            let (radius, slope) = self.family.radius(self.rails.lower_height + f * length);
             let deviation = foot.distance - radius;
-            let inside = foot.frame.inside();
-            self.deviations[index] = Sampled { deviation, inside };
+            self.inside[index] = foot.frame.inside();
             let n = foot.frame.normal;
             let weight = if self.counted[index] { 1.0 } else { self.weights.extension };
             rows.push(Row {
                 time: j,
                 lower: n * (1.0 - f) + d * (slope * f),
                 upper: n * f - d * (slope * f),
-                residual: deviation - self.target,
-                weight: scale * weight * self.sample_weights[index],
+                residual: deviation,
+                weight: scale * weight,
             });
             if k == 0 {
                 self.anchor(j, &foot, self.spec.low, self.spec.lower_time[j], false, rows);
@@ -337,7 +282,6 @@ impl<'a> StripFit<'a> {
 
     /// Keeps a rail's foot near its border and its time; firmly where it would otherwise leave part of the band uncut.
     fn anchor(&self, j: usize, foot: &ChartFoot, g: f64, h: f64, upper: bool, rows: &mut Vec<Row>) {
-        let loose = self.weights.anchor / self.times.len() as f64;
         let (g_off, h_off) = (foot.frame.place.0 - g, foot.frame.place.1 - h);
         let inside_band = if upper { g_off < 0.0 } else { g_off > 0.0 };
         let inside_time = j == 0 && h_off > 0.0 || j + 1 == self.times.len() && h_off < 0.0;
@@ -346,7 +290,8 @@ impl<'a> StripFit<'a> {
             let (lower, upper) = if upper { (Vector::zeros(), tangent) } else { (tangent, Vector::zeros()) };
             rows.push(Row { time: j, lower, upper, residual: off / rate, weight });
         };
-        let weight = |firm: bool| if firm { loose * FIRM } else { loose };
+        let count = self.times.len() as f64;
+        let weight = |firm: bool| if firm { self.weights.firm / count } else { self.weights.anchor / count };
         push(foot.frame.across_gauge(), g_off, weight(inside_band));
         push(foot.frame.along_gauge(), h_off, 0.1 * weight(inside_time));
     }
@@ -355,7 +300,7 @@ impl<'a> StripFit<'a> {
     fn clearance_rows(&mut self, j: usize, a: &Point, d: &Vector, length: f64, rows: &mut Vec<Row>) -> Option<()> {
         let scale = self.weights.clearance / (self.times.len() * self.shares.len()) as f64;
         let first = self.times.len() * self.shares.len() + j * outside_points(self.family);
-        let upper_height = self.lower_height + length;
+        let upper_height = self.rails.lower_height + length;
         let above = (self.family.highest() - upper_height).max(0.0);
         let flutes_above = (1..=FLUTES_ABOVE).map(|i| {
             let height = upper_height + above * i as f64 / FLUTES_ABOVE as f64;
@@ -366,11 +311,11 @@ impl<'a> StripFit<'a> {
             flutes_above.chain(flutes_below).chain(self.family.body().iter().copied()).collect();
         let beside = FLUTES_ABOVE + self.family.below.len();
         for (i, (height, radius)) in points.into_iter().enumerate() {
-            let f = (height - self.lower_height) / length;
+            let f = (height - self.rails.lower_height) / length;
             if (0.0..1.0).contains(&f) {
                 continue;
             }
-            let centre = a + d * (height - self.lower_height);
+            let centre = a + d * (height - self.rails.lower_height);
             let mut foot = self.chart.foot(&centre, self.hints[first + i])?;
             self.hints[first + i] = foot.frame.place;
             let (deviation, margin) = if i < beside {
@@ -408,7 +353,7 @@ pub(super) fn side_foot(
 
 /// How far beyond the surface, in chart coordinates, flutes beside the strip must stay clear of its extension: the
 /// deepest gouge is often at the border, between two samples.
-const BESIDE_MARGIN: f64 = 0.03;
+pub(super) const BESIDE_MARGIN: f64 = 0.03;
 /// The same for shank and holder, whose samples lie farther apart.
 pub(super) const BODY_MARGIN: f64 = 0.05;
 /// Spans sampled on the flutes below the flank in use.
@@ -422,11 +367,11 @@ fn outside_points(family: &SphereFamily) -> usize {
 
 impl LeastSquares for StripFit<'_> {
     fn unknowns(&self) -> usize {
-        self.knots.controls() * BLOCK
+        self.rails.unknowns()
     }
 
     fn half_bandwidth(&self) -> usize {
-        4 * BLOCK - 1
+        RUN - 1
     }
 
     fn assemble(&mut self, x: &[f64], equations: &mut NormalEquations) -> Option<()> {

@@ -11,12 +11,15 @@ mod link;
 pub mod meridian;
 mod observe;
 mod planner;
+mod polish;
+mod rails;
 mod rajain;
 mod seam;
 mod start;
 mod strip;
 #[cfg(test)]
 mod tests;
+mod touch;
 
 pub use assess::Deviation;
 pub use explain::{LimitedBy, PlanVerdict, StripReport};

@@ -23,10 +23,14 @@ const OVERLAP: f64 = 0.25;
 const OVERRUN: f64 = 3.0;
 /// Most rounds in which borders are moved to even out the strips' errors.
 const EVENING_ROUNDS: usize = 2;
-/// Effort while borders are still moved: (steps, rounds of reweighting).
+/// Share of the limits at which an error is small enough where the tolerance decides the number of strips.
+const ENOUGH: f64 = 0.4;
+/// The same where the number is given.
+const ENOUGH_GIVEN: f64 = 0.1;
+/// Effort while borders are still moved: (steps, rounds toward the least largest error).
 const QUICK: (usize, usize) = (16, 1);
 /// Effort at the end.
-const FULL: (usize, usize) = (36, 14);
+const FULL: (usize, usize) = (36, 24);
 
 /// One planning run.
 pub(super) struct Planner<'a> {
@@ -129,6 +133,13 @@ impl<'a> Planner<'a> {
         Limits { overcut: room(self.request.overcut_tolerance), undercut: room(self.request.undercut_tolerance) }
     }
 
+    /// With the number of strips given the error is to be as small as it can be; otherwise the tolerance decides.
+    fn enough(&self) -> f64 {
+        let strategy = self.request.strategy;
+        let given = strategy.kind == StrategyKind::SingleSweep || strategy.strips.is_some();
+        if given { ENOUGH_GIVEN } else { ENOUGH }
+    }
+
     fn fit(&self, borders: &[f64], effort: (usize, usize)) -> Result<Vec<FittedStrip>> {
         let count = borders.len() - 1;
         let fitted: Vec<Result<FittedStrip>> = borders
@@ -159,7 +170,8 @@ impl<'a> Planner<'a> {
             Method::Regulus | Method::Rajain2023 => {
                 let (steps, rounds) = effort;
                 let observer = self.request.observer;
-                let effort = Effort { fairness: 1e-9 * strategy.fairness, steps, rounds, observer };
+                let effort =
+                    Effort { fairness: 1e-9 * strategy.fairness, steps, rounds, enough: self.enough(), observer };
                 fit_strip(chart, tool, family, &band, (&resolution, &self.limits()), &effort)
             }
         };

@@ -1,11 +1,15 @@
-//! Fits one strip: start, least squares with falling fairness, then reweighting toward the least largest error.
+//! Fits one strip: start, least squares with falling fairness, then the least largest error.
 
 use super::Observer;
-use super::assess::{AssessError, Deviation, assess};
+use super::assess::{AssessError, Deviation, Survey, survey};
 use super::chart::Chart;
 use super::fit::{FitWeights, SphereFamily, StripFit};
+use super::polish::{Polish, Setting};
+use super::rails::Rails;
 use super::start::{Band, StripStart, start_strip};
+use super::touch::Probe;
 use crate::motion::RuledMotion;
+use crate::optimize::minimax::{self, Sides, minimize_largest};
 use crate::optimize::{Settings, minimize};
 use crate::tool::Tool;
 
@@ -21,9 +25,24 @@ pub(super) struct Limits {
 impl Limits {
     /// Largest of both errors, each as a share of its limit.
     pub(super) fn strain(&self, deviation: &Deviation) -> f64 {
-        (deviation.overcut.max(deviation.outside) / self.overcut).max(deviation.undercut / self.undercut)
+        self.strain_of(-deviation.overcut.max(deviation.outside)).max(self.strain_of(deviation.undercut))
+    }
+
+    /// A signed deviation as a share of its limit, not negative. Where no overcut at all is allowed it counts as a share
+    /// of what resolution calls none.
+    pub(super) fn strain_of(&self, deviation: f64) -> f64 {
+        if deviation > 0.0 { deviation / self.undercut } else { -deviation / self.overcut.max(NO_OVERCUT) }
+    }
+
+    /// Both errors strain their limits alike; overcut never more than wholly.
+    pub(super) fn sides(&self) -> Sides {
+        let below = if self.overcut > 0.0 { self.overcut } else { f64::INFINITY };
+        Sides { above: self.undercut, below, hard_below: self.overcut, ..Sides::FREE }
     }
 }
+
+/// Overcut that counts as none, mm.
+const NO_OVERCUT: f64 = 1e-6;
 
 /// How finely a strip is modelled.
 #[derive(Clone, Copy, Debug)]
@@ -61,6 +80,10 @@ pub(super) enum StripError {
     Envelope(#[from] AssessError),
 }
 
+/// Factors of the fairness, one fit after another, and which share of the most steps each may take.
+const STAGES: [(f64, usize); 5] = [(1e4, 4), (1e2, 4), (1.0, 2), (1e-2, 2), (1e-4, 1)];
+/// How much more firmly a rail is held where it would leave part of the band uncut.
+const FIRM: f64 = 300.0;
 /// Weight of a gouge beside the strip, against 1 for a deviation on it: nearly a constraint.
 const CLEARANCE: f64 = 100.0;
 
@@ -74,8 +97,10 @@ pub(super) struct Effort<'a> {
     pub(super) fairness: f64,
     /// Most steps of the first fit at its final fairness.
     pub(super) steps: usize,
-    /// Most rounds of reweighting.
+    /// Most linearizations toward the least largest error.
     pub(super) rounds: usize,
+    /// Share of the limits below which errors are small enough.
+    pub(super) enough: f64,
     /// May end the work early.
     pub(super) observer: &'a dyn Observer,
 }
@@ -89,13 +114,13 @@ pub(super) fn lay_strip(
     resolution: &Resolution,
 ) -> Result<FittedStrip, StripError> {
     let start = start_strip(chart, family, family.lowest(), band).ok_or(StripError::NoStart)?;
-    let weights = FitWeights { extension: 0.0, anchor: 0.0, fairness: 0.0, clearance: 0.0 };
+    let weights = FitWeights { extension: 0.0, anchor: 0.0, firm: 0.0, fairness: 0.0, clearance: 0.0 };
     let fit = StripFit::new(chart, family, &start.spec, resolution.controls, resolution.heights, weights)
         .ok_or(StripError::BrokeDown)?;
     let x = fit.start(&start.rulings).ok_or(StripError::BrokeDown)?;
-    let motion = fit.motion(&x).ok_or(StripError::BrokeDown)?;
+    let motion = fit.rails().motion(&x).ok_or(StripError::BrokeDown)?;
     let dense = (resolution.instants * 4, resolution.heights * 2);
-    let deviation = assess(chart, tool, family, (&motion, &band.borders), dense)?;
+    let deviation = survey(&Probe { chart, tool, family, motion: &motion }, &band.borders, dense)?.worst;
     Ok(FittedStrip { motion, deviation, steps: 0 })
 }
 
@@ -112,7 +137,8 @@ pub(super) fn fit_strip(
     let start = start_strip(chart, family, family.lowest(), band).ok_or(StripError::NoStart)?;
     let mut last = Err(StripError::BrokeDown);
     for anchor in [1e-5, 1e-4, 1e-3, 1e-2] {
-        let weights = FitWeights { extension: 0.3, anchor, fairness: effort.fairness, clearance: CLEARANCE };
+        let weights =
+            FitWeights { extension: 0.3, anchor, firm: FIRM * anchor, fairness: effort.fairness, clearance: CLEARANCE };
         last = fit_anchored(chart, tool, family, (band, &start), goal, (weights, effort));
         if last.is_ok() {
             break;
@@ -133,65 +159,88 @@ fn fit_anchored(
         .ok_or(StripError::BrokeDown)?;
     let mut x = fit.start(&start.rulings).ok_or(StripError::BrokeDown)?;
     let mut steps = 0;
-    // Strong fairness first: it carries the rails past the places where the part's fine shape would trap them.
-    for (factor, max_steps) in [(1e4, effort.steps / 4), (1e2, effort.steps / 4), (1.0, effort.steps)] {
+    // Strong fairness first: it carries the rails past the places where the part's fine shape would trap them. Then
+    // everything that is not the part itself gives way: what remains of it is the floor of the accuracy.
+    for (i, (factor, share)) in STAGES.into_iter().enumerate() {
         fit.weights.fairness = weights.fairness * factor;
-        let max_steps = if effort.observer.stopped() { max_steps.min(HURRIED) } else { max_steps };
-        let settings = Settings { max_steps, cost_share: 1e-5, ..Settings::default() };
+        fit.weights.anchor = weights.anchor * factor.clamp(1e-2, 1.0);
+        fit.weights.extension = weights.extension * factor.sqrt().clamp(1e-2, 1.0);
+        let most = effort.steps / share;
+        let max_steps = if effort.observer.stopped() { most.min(HURRIED) } else { most };
+        let damping = if i == 0 { 1e-4 } else { 1e-8 };
+        let settings = Settings { max_steps, cost_share: 1e-5, damping };
         steps += minimize(&mut fit, &mut x, &settings).ok_or(StripError::BrokeDown)?.steps;
         fit.recount();
     }
-    let judge = |fit: &StripFit<'_>, x: &[f64]| -> Result<FittedStrip, StripError> {
-        let motion = fit.motion(x).ok_or(StripError::BrokeDown)?;
-        let dense = (resolution.instants * 4, resolution.heights * 2);
-        let deviation = assess(chart, tool, family, (&motion, &band.borders), dense)?;
-        Ok(FittedStrip { motion, deviation, steps: 0 })
-    };
-    let mut best = judge(&fit, &x)?;
-    let mut gouge = best.deviation.outside;
-    for _ in 0..effort.rounds {
-        if limits.strain(&best.deviation) < 0.4 || effort.observer.stopped() {
-            break;
-        }
-        fit.recount();
-        reweight(&mut fit, limits);
-        if gouge > 0.3 * limits.overcut {
-            fit.weights.clearance *= 3.0;
-        }
-        let settings = Settings { max_steps: 6, cost_share: 1e-4, ..Settings::default() };
-        let Some(outcome) = minimize(&mut fit, &mut x, &settings) else { break };
-        steps += outcome.steps;
-        let Ok(candidate) = judge(&fit, &x) else { break };
-        gouge = candidate.deviation.outside;
-        if limits.strain(&candidate.deviation) < limits.strain(&best.deviation) {
-            best = candidate;
-        }
-    }
-    best.steps = steps;
-    Ok(best)
+    let setting = Setting { chart, tool, family, borders: &band.borders, limits };
+    let refined = refine(setting, fit.rails(), x, resolution, effort)?;
+    Ok(FittedStrip { steps: steps + refined.steps, ..refined })
 }
 
-/// Lawson's rule for the least largest error: samples gain weight with their error. Deviations are measured from the
-/// middle of what the limits allow, as far as the present spread needs it.
-fn reweight(fit: &mut StripFit<'_>, limits: &Limits) {
-    let inside = || fit.deviations.iter().filter(|s| s.inside).map(|s| s.deviation);
-    let (low, high) = inside().fold((0.0_f64, 0.0_f64), |(l, h), e| (l.min(e), h.max(e)));
-    // Where the band [low, high] of width w should lie so that both ends strain their limits equally.
-    let middle = (high - low) * (limits.undercut - limits.overcut) / (2.0 * (limits.undercut + limits.overcut));
-    fit.target = middle;
-    let largest = inside().map(|e| (e - middle).abs()).fold(1e-12, f64::max);
-    let (mut sum, mut count) = (0.0, 0);
-    for (weight, sample) in fit.sample_weights.iter_mut().zip(&fit.deviations) {
-        if sample.inside {
-            *weight *= 0.25 + (sample.deviation - middle).abs() / largest;
-            sum += *weight;
-            count += 1;
+/// Dense judgements of one strip, each followed by more rounds over the points that stood out.
+const JUDGEMENTS: usize = 4;
+/// Share by which a point between those followed must stand out.
+const OUTSTANDING: f64 = 1.005;
+/// A step's roughness that costs as much as the error itself, as a multiple of the error.
+const ROUGH: f64 = 1e3;
+/// First trust region, as a multiple of the error.
+const BOLD: f64 = 10.0;
+/// Price of a trespass of the hard limits. Lifting a strip costs as much undercut as it spares overcut, so their
+/// multipliers add up to about 1; a higher price would only punish what linearization leaves.
+const PENALTY: f64 = 4.0;
+/// Share of its error that a round must promise to gain.
+const GAIN: f64 = 5e-3;
+/// Smallest error that is still worked on, mm.
+const RESOLUTION: f64 = 1e-9;
+
+/// Carries a strip from where least squares left it to the least largest error of its true envelope.
+fn refine(
+    setting: Setting<'_>,
+    rails: &Rails,
+    mut x: Vec<f64>,
+    resolution: &Resolution,
+    effort: &Effort<'_>,
+) -> Result<FittedStrip, StripError> {
+    let limits = setting.limits;
+    let judge = |x: &[f64], steps: usize| -> Result<(FittedStrip, Survey), StripError> {
+        let motion = rails.motion(x).ok_or(StripError::BrokeDown)?;
+        let dense = (resolution.instants * 4, resolution.heights * 2);
+        let survey = survey(&setting.probe(&motion), setting.borders, dense)?;
+        Ok((FittedStrip { motion, deviation: survey.worst, steps }, survey))
+    };
+    // Least squares may leave a border uncovered, which the refinement then covers.
+    let mut best = judge(&x, 0).map(|(strip, _)| strip);
+    let followed = (2 * resolution.instants - 1, resolution.heights);
+    let Some(mut polish) = Polish::new(setting, rails, &x, followed) else { return best };
+    let mut rounds = 0;
+    for _ in 0..JUDGEMENTS {
+        let enough = best.as_ref().is_ok_and(|strip| limits.strain(&strip.deviation) < effort.enough);
+        if enough || rounds >= effort.rounds || best.is_ok() && effort.observer.stopped() {
+            break;
+        }
+        let Some(worst) = polish.worst(&x) else { break };
+        polish.price = limits.strain_of(worst) / (ROUGH * worst.abs().max(RESOLUTION)).powi(2);
+        let settings = minimax::Settings {
+            max_rounds: effort.rounds - rounds,
+            enough: 0.9 * effort.enough,
+            radius: BOLD * worst.abs().max(RESOLUTION),
+            penalty: PENALTY,
+            gain_share: GAIN,
+            ..minimax::Settings::default()
+        };
+        let Some(outcome) = minimize_largest(&mut polish, &mut x, &settings) else { break };
+        rounds += outcome.rounds;
+        let (candidate, survey) = match judge(&x, rounds) {
+            Ok(judged) => judged,
+            Err(error) => return best.or(Err(error)),
+        };
+        let strain = limits.strain(&candidate.deviation);
+        if best.as_ref().map_or(f64::INFINITY, |best| limits.strain(&best.deviation)) > strain {
+            best = Ok(candidate);
+        }
+        if !polish.follow(&survey, OUTSTANDING * outcome.tau) {
+            break;
         }
     }
-    let scale = f64::from(count) / sum;
-    for (weight, sample) in fit.sample_weights.iter_mut().zip(&fit.deviations) {
-        if sample.inside {
-            *weight = (*weight * scale).max(1e-3);
-        }
-    }
+    best
 }

@@ -9,6 +9,7 @@
 //! An algorithm for minimax solution of overdetermined systems of non-linear equations, 1975). Everything runs in one
 //! thread in one order, so results do not depend on the number of threads.
 
+mod interior;
 mod rows;
 mod subproblem;
 #[cfg(test)]
@@ -119,24 +120,50 @@ pub fn minimize_largest(problem: &mut impl Minimax, x: &mut Vec<f64>, settings: 
         if promise <= settings.gain_share * here.merit {
             return Some(end(&here, round, Ending::Converged));
         }
-        let moved: Vec<f64> = x.iter().zip(&step.step).map(|(x, s)| x + s).collect();
-        trial.clear();
-        let there = problem.linearize(&moved, &mut trial).and_then(|()| worth(&trial, None, settings.penalty));
-        let gain = there.map_or(f64::NEG_INFINITY, |there| (here.merit - there.merit) / promise);
         let length = step.step.iter().fold(0.0_f64, |most, s| most.max(s.abs()));
+        let taken = take(problem, (x.as_slice(), &step.step), &here, settings.penalty, &mut trial);
+        let gain = taken.as_ref().map_or(0.0, |taken| (here.merit - taken.worth.merit) / promise);
+        let share = taken.as_ref().map_or(SHARES[SHARES.len() - 1], |taken| taken.share);
         if gain < 0.25 {
-            radius = 0.3 * length.min(radius);
+            radius = share.min(0.3) * length.min(radius);
         } else if gain > 0.7 && length > 0.8 * radius {
             radius *= 3.0;
         }
-        if let Some(there) = there.filter(|there| there.merit < here.merit) {
-            *x = moved;
+        if let Some(taken) = taken {
+            *x = taken.place;
             std::mem::swap(&mut rows, &mut trial);
-            here = there;
+            here = taken.worth;
             holding = step.holding;
         }
     }
     Some(end(&here, settings.max_rounds, Ending::RoundLimit))
+}
+
+/// Shares of a step that are tried: judging one costs far less than finding another.
+const SHARES: [f64; 3] = [1.0, 0.4, 0.15];
+
+/// A step, or part of it, that lowers the objective.
+struct Taken {
+    share: f64,
+    place: Vec<f64>,
+    worth: Worth,
+}
+
+/// The largest of [`SHARES`] of `step` that lowers the objective; its rows are then in `rows`.
+fn take(
+    problem: &mut impl Minimax,
+    (x, step): (&[f64], &[f64]),
+    here: &Worth,
+    penalty: f64,
+    rows: &mut Rows,
+) -> Option<Taken> {
+    SHARES.into_iter().find_map(|share| {
+        let place: Vec<f64> = x.iter().zip(step).map(|(x, s)| x + share * s).collect();
+        rows.clear();
+        problem.linearize(&place, rows)?;
+        let worth = worth(rows, None, penalty)?;
+        (worth.merit < here.merit).then_some(Taken { share, place, worth })
+    })
 }
 
 /// Share of tau within which a row takes part from the start.
@@ -159,6 +186,10 @@ fn best_step(
     let unit = rows.unit();
     let tau = here.tau.max(here.trespass / unit).max(f64::MIN_POSITIVE.sqrt());
     let scales = Scales { unit, tau, radius, penalty };
+    if let Some(step) = interior::solve(rows, unknowns, &scales) {
+        let promised = worth(rows, Some(&step.step), penalty)?;
+        return Some((step, promised));
+    }
     let mut active = ActiveSet::empty(rows.len());
     for (row, which) in holding.iter().filter(|(row, _)| *row < rows.len()) {
         active.insert(*row, *which);
@@ -187,7 +218,7 @@ fn reached_tau(rows: &Rows, active: &ActiveSet, step: &[f64]) -> f64 {
     for row in 0..active.rows() {
         for which in (0..SIDES).filter(|which| active.has(row, *which)) {
             if let Some(side) = rows.sides(row).side(which).filter(|side| side.share > 0.0) {
-                tau = tau.max(side.sign * rows.moved(row, step) / side.share);
+                tau = tau.max((side.sign * rows.moved(row, step) - side.constant) / side.share);
             }
         }
     }

@@ -2,7 +2,7 @@
 
 /// What a row's value may be, tau being the common factor that is made as small as possible:
 ///
-/// `-min(below * tau, hard_below) <= value <= min(above * tau, hard_above)`
+/// `-min(allowance + below * tau, hard_below) <= value <= min(allowance + above * tau, hard_above)`
 ///
 /// Infinite figures leave a side free. Hard figures may be negative: they then keep the value off zero.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -11,6 +11,8 @@ pub struct Sides {
     pub above: f64,
     /// Share of tau below zero, positive.
     pub below: f64,
+    /// What is allowed on both sides beside their share of tau.
+    pub allowance: f64,
     /// Largest value, whatever tau is.
     pub hard_above: f64,
     /// Least value with its sign turned, whatever tau is.
@@ -29,8 +31,13 @@ impl Sides {
     }
 
     /// No limit at all.
-    pub const FREE: Self =
-        Self { above: f64::INFINITY, below: f64::INFINITY, hard_above: f64::INFINITY, hard_below: f64::INFINITY };
+    pub const FREE: Self = Self {
+        above: f64::INFINITY,
+        below: f64::INFINITY,
+        allowance: 0.0,
+        hard_above: f64::INFINITY,
+        hard_below: f64::INFINITY,
+    };
 }
 
 /// One side of one row as an inequality `sign * value <= constant + share * tau`.
@@ -50,8 +57,8 @@ impl Sides {
     /// Side `which` of 0..[`SIDES`]; none where it is free.
     pub(super) fn side(&self, which: usize) -> Option<Side> {
         let (sign, constant, share) = match which {
-            0 => (1.0, 0.0, self.above),
-            1 => (-1.0, 0.0, self.below),
+            0 => (1.0, self.allowance, self.above),
+            1 => (-1.0, self.allowance, self.below),
             2 => (1.0, self.hard_above, 0.0),
             _ => (-1.0, self.hard_below, 0.0),
         };
@@ -174,6 +181,12 @@ impl Rows {
         if largest > 0.0 { largest } else { 1.0 }
     }
 
+    /// Least tau that the rows allow, and the largest trespass of a hard side in the rows' unit, both not negative. `None`
+    /// where a value is not finite.
+    pub fn largest_error(&self) -> Option<(f64, f64)> {
+        self.largest(None)
+    }
+
     /// Least tau that the rows allow, and the largest trespass of a hard side in the rows' unit, both not negative;
     /// after `step` to first order when there is one. `None` where a value is not finite.
     pub(super) fn largest(&self, step: Option<&[f64]>) -> Option<(f64, f64)> {
@@ -183,7 +196,7 @@ impl Rows {
             if !value.is_finite() {
                 return None;
             }
-            tau = tau.max(value / sides.above).max(-value / sides.below);
+            tau = tau.max((value - sides.allowance) / sides.above).max((-value - sides.allowance) / sides.below);
             trespass = trespass.max(value - sides.hard_above).max(-value - sides.hard_below);
         }
         Some((tau, trespass))

@@ -139,6 +139,36 @@ fn the_active_set_changes_nothing() {
     assert!((few.tau - all.tau).abs() < 0.02 * all.tau, "{few:?} {all:?}");
 }
 
+/// A polyline through `f`, off zero by hard floors in its first half: every row touches two neighbouring unknowns.
+struct Polyline {
+    nodes: usize,
+    floor: f64,
+    phase: f64,
+}
+
+impl Minimax for Polyline {
+    fn unknowns(&self) -> usize {
+        self.nodes
+    }
+
+    fn linearize(&mut self, x: &[f64], rows: &mut Rows) -> Option<()> {
+        let pieces = self.nodes - 1;
+        for i in 0..=20 * pieces {
+            let at = i as f64 / 20.0;
+            let k = (at as usize).min(pieces - 1);
+            let share = at - k as f64;
+            let value = (0.7 * at + self.phase).sin() - (1.0 - share) * x[k] - share * x[k + 1];
+            let sides =
+                if 2 * k < pieces { Sides { hard_below: -self.floor, ..Sides::even(1.0) } } else { Sides::even(1.0) };
+            rows.bound(value, sides, [(k, share - 1.0), (k + 1, -share)]);
+        }
+        for (k, height) in x.iter().enumerate() {
+            rows.square(*height, 1e-4, [(k, 1.0)]);
+        }
+        Some(())
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
 
@@ -151,6 +181,25 @@ proptest! {
         let (_, one) = solved(&mut fit(4, f, Sides::even(1.0)), &settings(1.0));
         let (_, other) = solved(&mut fit(4, move |s| scale * f(s), Sides::even(1.0)), &settings(scale));
         prop_assert!((other.tau / scale - one.tau).abs() < 1e-5 * one.tau, "{one:?} {other:?}");
+    }
+
+    /// The banded method and the general conic solver find the same least objective.
+    #[test]
+    fn both_solvers_agree(nodes in 12..40_usize, floor in -0.1..0.1_f64, phase in 0.0..6.0_f64, power in -3..1_i32) {
+        let mut problem = Polyline { nodes, floor, phase };
+        let (mut rows, x) = (Rows::default(), vec![0.0; nodes]);
+        problem.linearize(&x, &mut rows).unwrap();
+        let (penalty, radius) = (20.0, 10f64.powi(power));
+        let here = worth(&rows, None, penalty).unwrap();
+        let scales = Scales { unit: 1.0, tau: here.tau, radius, penalty };
+        let mut every = ActiveSet::empty(rows.len());
+        for row in 0..rows.len() {
+            (0..SIDES).for_each(|which| _ = every.insert(row, which));
+        }
+        let merit = |step: &Step| worth(&rows, Some(&step.step), penalty).unwrap().merit;
+        let banded = merit(&interior::solve(&rows, nodes, &scales).unwrap());
+        let general = merit(&solve(&rows, nodes, &every, &scales).unwrap());
+        prop_assert!((banded - general).abs() < 1e-4 * here.merit, "{banded} {general} from {}", here.merit);
     }
 
     /// The best fit's error alternates: it is reached at least degree + 2 times with changing sign (Chebyshev).

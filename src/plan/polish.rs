@@ -1,0 +1,333 @@
+//! One strip as a minimax problem: the largest deviation of its true envelope, over the part alone, as small as can be,
+//! with overcut held to its limit, the whole band covered, and both rails moving forward.
+//!
+//! A row is one point of the envelope, at a fixed instant and a fixed share of the flank. Its deviation changes, to first
+//! order, as the axis point under it moves along the envelope's normal. Roughness is priced on the step, not on the
+//! motion: it keeps what the rows leave free in place and sets the accuracy no floor.
+
+use super::assess::{Borders, Survey};
+use super::chart::{Chart, Frame};
+use super::fit::{BESIDE_MARGIN, BODY_MARGIN, SphereFamily, side_foot};
+use super::rails::{BLOCK, Rails, SECOND_DIFFERENCE};
+use super::strip::Limits;
+use super::touch::{Hint, Instant, NoTouch, Probe, axis_gradient};
+use crate::geometry::Vector;
+use crate::motion::RuledMotion;
+use crate::optimize::minimax::{Minimax, Rows, Sides};
+use crate::tool::Tool;
+
+/// What a strip is fitted to and with what.
+#[derive(Clone, Copy)]
+pub(super) struct Setting<'a> {
+    pub(super) chart: &'a Chart<'a>,
+    pub(super) tool: &'a Tool,
+    pub(super) family: &'a SphereFamily,
+    pub(super) borders: &'a Borders,
+    pub(super) limits: &'a Limits,
+}
+
+impl Setting<'_> {
+    /// The measure of a motion.
+    pub(super) fn probe<'m>(&'m self, motion: &'m RuledMotion) -> Probe<'m> {
+        Probe { chart: self.chart, tool: self.tool, family: self.family, motion }
+    }
+}
+
+/// A point of the flank that is followed, at its instant.
+#[derive(Clone, Copy, Debug)]
+struct Spot {
+    share: f64,
+    hint: Hint,
+    /// An end of the flank, which must reach its border.
+    end: bool,
+}
+
+/// A sphere beside the strip's flank, or a point of the shank or holder, at one instant.
+#[derive(Clone, Copy, Debug)]
+struct Beside {
+    /// Height above the tip, mm; for flutes above the strip, share of what is left of the flank.
+    at: Place,
+    place: (f64, f64),
+    /// It cannot gouge before it has moved this far from `seen`, mm.
+    clear: f64,
+    seen: Vector,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Place {
+    /// Flutes above the strip, at this share from its upper rail to the flank's end.
+    Above(f64),
+    /// Flutes below the strip: height and radius.
+    Below(f64, f64),
+    /// Shank or holder: height and radius.
+    Body(f64, f64),
+}
+
+#[derive(Clone, Debug)]
+struct Moment {
+    t: f64,
+    spots: Vec<Spot>,
+    beside: Vec<Beside>,
+}
+
+/// The minimax problem of one strip.
+pub(super) struct Polish<'a> {
+    setting: Setting<'a>,
+    rails: &'a Rails,
+    moments: Vec<Moment>,
+    /// First and last instant, which must lie off the surface.
+    ends: (f64, f64),
+    /// For each rail and each pair of neighbouring control points: direction and least way along it.
+    forward: Vec<(usize, Vector, f64)>,
+    /// Price of squared second differences of a step, per mm^2.
+    pub(super) price: f64,
+}
+
+/// The rest of the tool is looked at every so many instants: it must only stay clear.
+const BESIDE_STRIDE: usize = 3;
+/// Spheres of the flutes above the strip.
+const ABOVE: usize = 8;
+/// Share of its way that a control point keeps from the next.
+const FORWARD: f64 = 0.1;
+/// Price of a step itself, against that of its second differences.
+const STILL: f64 = 1e-4;
+/// How far rails pass their borders, and the strip's ends those of the surface, at least, mm.
+const PASSED: f64 = 1e-3;
+
+impl<'a> Polish<'a> {
+    /// Follows `instants` x `heights` points of the motion that `x` stands for; `None` where it has no proper envelope.
+    pub(super) fn new(
+        setting: Setting<'a>,
+        rails: &'a Rails,
+        x: &[f64],
+        (instants, heights): (usize, usize),
+    ) -> Option<Self> {
+        let motion = rails.motion(x)?;
+        let probe = setting.probe(&motion);
+        let (start, end) = motion.domain();
+        let mut moments = Vec::with_capacity(instants);
+        let mut near: Vec<Option<(f64, f64)>> = vec![None; heights];
+        for j in 0..instants {
+            let t = start + (end - start) * j as f64 / (instants - 1) as f64;
+            let at = probe.instant(t)?;
+            let mut spots = Vec::with_capacity(heights);
+            for (k, near) in near.iter_mut().enumerate() {
+                // Chebyshev-like spacing: the largest errors lie at both ends of the flank.
+                let share = 0.5 - 0.5 * (std::f64::consts::PI * k as f64 / (heights - 1) as f64).cos();
+                let hint = probe.hint(&at, share, near.unwrap_or((share, t)))?;
+                *near = Some(hint.place);
+                spots.push(Spot { share, hint, end: k == 0 || k + 1 == heights });
+            }
+            let beside = if j % BESIDE_STRIDE == 0 { beside(setting.family, &spots) } else { Vec::new() };
+            moments.push(Moment { t, spots, beside });
+        }
+        let forward = forward(rails, x);
+        Some(Self { setting, rails, moments, ends: (start, end), forward, price: 0.0 })
+    }
+
+    /// Follows the points of a survey that stand out from their neighbours beyond `strain` as well. True when there was
+    /// one.
+    pub(super) fn follow(&mut self, survey: &Survey, strain: f64) -> bool {
+        let limits = self.setting.limits;
+        let strains: Vec<f64> =
+            survey.points.iter().map(|p| p.deviation.map_or(f64::NEG_INFINITY, |e| limits.strain_of(e))).collect();
+        let mut found = false;
+        for (i, point) in survey.points.iter().enumerate() {
+            if strains[i] <= strain {
+                continue;
+            }
+            let rows = (i / survey.heights).saturating_sub(1)..=i / survey.heights + 1;
+            let columns = (i % survey.heights).saturating_sub(1)..=(i % survey.heights + 1).min(survey.heights - 1);
+            let peak = rows
+                .flat_map(|row| columns.clone().map(move |column| row * survey.heights + column))
+                .all(|other| strains.get(other).is_none_or(|s| *s <= strains[i]));
+            if peak {
+                let spot = Spot { share: point.share, hint: point.hint, end: false };
+                let at = self.moments.partition_point(|m| m.t < point.t);
+                match self.moments.get_mut(at).filter(|m| m.t == point.t) {
+                    Some(moment) => moment.spots.push(spot),
+                    None => self.moments.insert(at, Moment { t: point.t, spots: vec![spot], beside: Vec::new() }),
+                }
+                found = true;
+            }
+        }
+        found
+    }
+
+    /// The deviation at `x` that strains its limit most, mm.
+    pub(super) fn worst(&mut self, x: &[f64]) -> Option<f64> {
+        let mut rows = Rows::default();
+        self.linearize(x, &mut rows)?;
+        let (tau, trespass) = rows.largest_error()?;
+        Some((tau * self.setting.limits.undercut).max(trespass))
+    }
+
+    /// Adds a row whose gradients with respect to the rail points at `t` are given.
+    fn add(&self, rows: &mut Rows, t: f64, value: f64, sides: Sides, (lower, upper): (Vector, Vector)) {
+        let (first, run) = self.rails.gradient(t, &lower, &upper);
+        rows.bound(value, sides, run.into_iter().enumerate().map(move |(i, g)| (first + i, g)));
+    }
+
+    /// Deviation of one point, and whether it reaches its border.
+    fn spot_rows(&self, rows: &mut Rows, probe: &Probe<'_>, (t, at): (f64, &Instant), spot: &mut Spot) -> Option<()> {
+        let touch = match probe.touch(at, spot.share, &spot.hint) {
+            Ok(touch) => touch,
+            Err(NoTouch::Envelope { over: false, .. }) => {
+                for _ in 0..=usize::from(spot.end) + usize::from(self.is_end(t)) {
+                    rows.bound(0.0, Sides::FREE, []);
+                }
+                return Some(());
+            }
+            Err(_) => return None,
+        };
+        spot.hint = touch.hint();
+        let axis = at.rate.pose.axis.into_inner();
+        let share = (touch.centre_height - self.rails.lower_height) / at.length;
+        let along = |direction: &Vector| axis_gradient(direction, &axis, share);
+        let frame = &touch.foot.frame;
+        let sides = self.sides(frame);
+        self.add(rows, t, touch.foot.distance, sides, along(&touch.normal));
+        let borders = self.setting.borders;
+        let must = |over: bool| if over { Sides::at_least(PASSED) } else { Sides::FREE };
+        if spot.end {
+            let (tangent, rate) = frame.across_gauge()?;
+            let low = spot.share < 0.5;
+            let (beyond, out) =
+                if low { (borders.low - frame.place.0, -tangent) } else { (frame.place.0 - borders.high, tangent) };
+            self.add(rows, t, beyond / rate, must(frame.within(0.0)), along(&out));
+        }
+        if self.is_end(t) {
+            let (tangent, rate) = frame.along_gauge()?;
+            let first = t == self.ends.0;
+            let (beyond, out) = if first { (-frame.place.1, -tangent) } else { (frame.place.1 - 1.0, tangent) };
+            self.add(rows, t, beyond / rate, must(frame.within(BESIDE_MARGIN)), along(&out));
+        }
+        Some(())
+    }
+
+    /// Limits of a deviation over the part, and beside it, where the part goes on along its tangent but the motion need
+    /// not: there the allowance grows with the square of the distance. Without it a sample that a step carries over the
+    /// edge would count from nothing.
+    fn sides(&self, frame: &Frame) -> Sides {
+        let limits = self.setting.limits.sides();
+        if frame.inside() {
+            return limits;
+        }
+        let off = |at: f64, gauge: Option<(Vector, f64)>| gauge.map(|(_, rate)| (-at).max(at - 1.0).max(0.0) / rate);
+        let across = off(frame.place.0, frame.across_gauge()).unwrap_or(f64::INFINITY);
+        let along = off(frame.place.1, frame.along_gauge()).unwrap_or(f64::INFINITY);
+        let allowance = (across * across + along * along) / self.setting.family.radius(self.rails.lower_height).0;
+        match allowance.is_finite() {
+            true => Sides { allowance, hard_below: limits.hard_below + allowance, ..limits },
+            false => Sides::FREE,
+        }
+    }
+
+    /// The rails must not stand farther apart than the flank is long.
+    fn length_row(&self, rows: &mut Rows, t: f64, at: &Instant) {
+        let axis = at.rate.pose.axis.into_inner();
+        let left = self.setting.family.highest() - self.rails.lower_height - at.length;
+        self.add(rows, t, left, Sides::at_least(0.0), (axis, -axis));
+    }
+
+    fn is_end(&self, t: f64) -> bool {
+        t == self.ends.0 || t == self.ends.1
+    }
+
+    /// Clearance of one sphere or point beside the strip.
+    fn beside_row(&self, rows: &mut Rows, (t, at): (f64, &Instant), beside: &mut Beside) -> Option<()> {
+        let family = self.setting.family;
+        let top = self.rails.lower_height + at.length;
+        let (height, radius, straight) = match beside.at {
+            Place::Above(share) => {
+                let height = top + (family.highest() - top).max(0.0) * share;
+                (height, family.radius(height).0, false)
+            }
+            Place::Below(height, radius) => (height, radius, false),
+            Place::Body(height, radius) => (height, radius, true),
+        };
+        let centre = at.rate.pose.at_height(height);
+        // The distance to the surface changes by no more than the point moves; a side turns with the axis.
+        if (centre.coords - beside.seen).norm() * if straight { 3.0 } else { 1.0 } < beside.clear {
+            rows.bound(0.0, Sides::FREE, []);
+            return Some(());
+        }
+        let axis = at.rate.pose.axis.into_inner();
+        let foot = self.setting.chart.foot(&centre, beside.place)?;
+        beside.place = foot.frame.place;
+        let (foot, deviation, margin) = if straight {
+            let side = side_foot(self.setting.chart, &centre, &axis, radius, &foot)?;
+            (side, side.distance, BODY_MARGIN)
+        } else {
+            (foot, foot.distance - radius, BESIDE_MARGIN)
+        };
+        (beside.clear, beside.seen) = (deviation, centre.coords);
+        let between = (self.rails.lower_height..top).contains(&height);
+        let sides = match !between && foot.frame.within(margin) {
+            true => Sides { above: f64::INFINITY, ..self.setting.limits.sides() },
+            false => Sides::FREE,
+        };
+        let share = (height - self.rails.lower_height) / at.length;
+        self.add(rows, t, deviation, sides, axis_gradient(&foot.frame.normal, &axis, share));
+        Some(())
+    }
+}
+
+/// Everything of the tool that is not between the rails.
+fn beside(family: &SphereFamily, spots: &[Spot]) -> Vec<Beside> {
+    let at = |at: Place, place: (f64, f64)| Beside { at, place, clear: 0.0, seen: Vector::zeros() };
+    let (Some(first), Some(last)) = (spots.first(), spots.last()) else { return Vec::new() };
+    let (low, high) = (first.hint.place, last.hint.place);
+    let above = (1..=ABOVE).map(|i| at(Place::Above(i as f64 / ABOVE as f64), high));
+    let below = family.below().iter().map(|(height, radius)| at(Place::Below(*height, *radius), low));
+    let body = family.body().iter().map(|(height, radius)| at(Place::Body(*height, *radius), high));
+    above.chain(below).chain(body).collect()
+}
+
+/// Neighbouring control points of each rail: index of the first unknown, direction of the way between them, least way.
+fn forward(rails: &Rails, x: &[f64]) -> Vec<(usize, Vector, f64)> {
+    let mut pairs = Vec::new();
+    for i in 0..(rails.controls() - 1) * 2 {
+        let first = i / 2 * BLOCK + i % 2 * 3;
+        let way = Vector::from_fn(|c, _| x[first + BLOCK + c] - x[first + c]);
+        let length = way.norm();
+        if length > 0.0 {
+            pairs.push((first, way / length, FORWARD * length));
+        }
+    }
+    pairs
+}
+
+impl Minimax for Polish<'_> {
+    fn unknowns(&self) -> usize {
+        self.rails.unknowns()
+    }
+
+    fn linearize(&mut self, x: &[f64], rows: &mut Rows) -> Option<()> {
+        let motion = self.rails.motion(x)?;
+        let setting = self.setting;
+        let probe = setting.probe(&motion);
+        let mut moments = std::mem::take(&mut self.moments);
+        let done = moments.iter_mut().try_for_each(|moment| {
+            let at = probe.instant(moment.t)?;
+            self.length_row(rows, moment.t, &at);
+            moment.spots.iter_mut().try_for_each(|spot| self.spot_rows(rows, &probe, (moment.t, &at), spot))?;
+            moment.beside.iter_mut().try_for_each(|beside| self.beside_row(rows, (moment.t, &at), beside))
+        });
+        self.moments = moments;
+        done?;
+        for (first, direction, least) in &self.forward {
+            let way: f64 = (0..3).map(|c| (x[first + BLOCK + c] - x[first + c]) * direction[c]).sum();
+            let gradient = (0..3).flat_map(|c| [(first + c, -direction[c]), (first + BLOCK + c, direction[c])]);
+            rows.bound(way, Sides::at_least(*least), gradient);
+        }
+        for (first, _) in self.rails.second_differences(x) {
+            let gradient = SECOND_DIFFERENCE.iter().enumerate().map(|(k, c)| (first + k * BLOCK, *c));
+            rows.square(0.0, self.price, gradient);
+        }
+        for i in 0..x.len() {
+            rows.square(0.0, STILL * self.price, [(i, 1.0)]);
+        }
+        Some(())
+    }
+}
