@@ -230,6 +230,10 @@ fn strategy(checks: &mut Checks<'_>, raw: raw::Strategy) -> (Strategy, Option<St
     } else {
         rajain::refuse_foreign_keys(checks, &raw);
         strategy.fairness *= raw.weights.as_ref().map_or(1.0, |weights| fairness(checks, weights));
+        if let Some(weight) = raw.weights.as_ref().and_then(|weights| weights.direction) {
+            checks.within("strategy.weights.direction", weight, &limits::WEIGHT);
+            strategy.direction_weight = weight;
+        }
     }
     (strategy, direction_field)
 }

@@ -28,6 +28,13 @@ pub(super) fn of_plan(plan: &Plan) -> String {
     if let Some(found) = &plan.found {
         text += &of_tool(found);
     }
+    if let Some(attainable) = &plan.attainable {
+        let (worst, mean) = (attainable.worst(), attainable.mean());
+        let _ = writeln!(
+            text,
+            "  attainable by the flank's curvature: two-sided {worst:.5} mm at the worst place, {mean:.5} mm in the mean"
+        );
+    }
     if plan.surface_fit_error > 0.0 {
         let _ = writeln!(text, "  planned on a spline that lies within {:.5} mm of the part", plan.surface_fit_error);
     }

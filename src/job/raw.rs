@@ -194,6 +194,7 @@ pub(super) struct Weights {
     pub(super) rigidity: Option<f64>,
     pub(super) proximity: Option<f64>,
     pub(super) fairness: Option<f64>,
+    pub(super) direction: Option<f64>,
 }
 
 #[derive(Deserialize)]

@@ -181,12 +181,13 @@ fn keys_and_kinds_that_do_not_exist_are_refused() {
 fn strategy_keys_reach_the_planner() {
     let more = "kind = \"single-sweep\"\nmethod = \"rulings\"\nstrips = 3\ntip = \"high\"\nspindle = [0, 0, 2]\n\
                 climb = false\nengage_from = 1.5\nlead = 4\nstand_off = 3";
-    let text = GOOD.replacen("kind = \"multi-strip\"", more, 1).replacen("1e-6", "3e-6", 1);
+    let text = GOOD.replacen("kind = \"multi-strip\"", more, 1).replacen("1e-6", "3e-6, direction = 5.0", 1);
     let strategy = Job::read(&text, "job.toml").unwrap().strategy;
     let wanted = Strategy {
         kind: StrategyKind::SingleSweep,
         method: Method::Rulings,
         direction: Some(Vector::x()),
+        direction_weight: 5.0,
         strips: Some(3),
         tip: Some(TipSide::High),
         spindle: Some(Vector::new(0.0, 0.0, 2.0)),

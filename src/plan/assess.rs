@@ -46,24 +46,28 @@ pub(super) enum AssessError {
     },
 }
 
-/// The lines between which a strip must cover the surface: g from `low` to `high`, all h.
+/// The lines between which a strip must cover the surface: g from `low` to `high`, h from `first` to `last`.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Borders {
     /// Lower border.
     pub(super) low: f64,
     /// Upper border.
     pub(super) high: f64,
+    /// Least h of the surface between them.
+    pub(super) first: f64,
+    /// Greatest h of the surface between them.
+    pub(super) last: f64,
 }
 
 impl Borders {
     /// False where an end of the flank, at share `k` of 0..=`top` and instant `j` of 0..=`end`, stops inside the band.
     fn passed(&self, frame: &Frame, (k, top): (usize, usize), (j, end): (usize, usize)) -> bool {
         let (g, h) = frame.place;
-        let over = (0.0..=1.0).contains(&h);
+        let over = frame.inside();
         !(k == 0 && over && g > self.low
             || k == top && over && g < self.high
-            || j == 0 && h > 0.0
-            || j == end && h < 1.0)
+            || j == 0 && over && h > self.first
+            || j == end && over && h < self.last)
     }
 }
 
@@ -107,8 +111,8 @@ pub(super) fn survey(
         let at = probe.instant(t).ok_or(degenerate)?;
         for (k, near) in near.iter_mut().enumerate() {
             let share = k as f64 / (heights - 1) as f64;
-            let guess = || probe.hint(&at, share, (share, j as f64 / (instants - 1) as f64));
-            let hint = near.or_else(guess).ok_or(degenerate)?;
+            let guess = (borders.low + share * (borders.high - borders.low), borders.first);
+            let hint = near.or_else(|| probe.hint(&at, share, guess)).ok_or(degenerate)?;
             let touch = match probe.touch(&at, share, &hint) {
                 Ok(touch) => touch,
                 // Off the surface the motion may do as it likes.
@@ -134,7 +138,10 @@ pub(super) fn survey(
             *near = Some(touch.hint());
             points.push(Judged { t, share, deviation, hint: touch.hint() });
         }
-        let gouge = gouge_beside(probe.chart, probe.family, probe.motion, t).ok_or(degenerate)?;
+        let ends = [near.first(), near.last()].map(|end| end.copied().flatten().map(|hint| hint.place));
+        let [low, high] =
+            [ends[0].unwrap_or((borders.low, borders.first)), ends[1].unwrap_or((borders.high, borders.first))];
+        let gouge = gouge_beside(probe.chart, probe.family, probe.motion, (t, [low, high])).ok_or(degenerate)?;
         worst.outside = worst.outside.max(gouge);
     }
     Ok(Survey { points, heights, worst })
@@ -143,8 +150,13 @@ pub(super) fn survey(
 /// Spans of the flutes above the strip at which their clearance is judged.
 const SPANS_ABOVE: usize = 8;
 
-/// Deepest gouge, mm, at `t` by the tool's spheres above and below the rails.
-fn gouge_beside(chart: &Chart<'_>, family: &SphereFamily, motion: &RuledMotion, t: f64) -> Option<f64> {
+/// Deepest gouge, mm, at `t` by the tool's spheres above and below the rails; the feet of these are `low` and `high`.
+fn gouge_beside(
+    chart: &Chart<'_>,
+    family: &SphereFamily,
+    motion: &RuledMotion,
+    (t, [low, high]): (f64, [(f64, f64); 2]),
+) -> Option<f64> {
     let (lower, upper) = (motion.lower.point(t), motion.upper.point(t));
     let length = (upper - lower).norm();
     let axis = (upper - lower) / length;
@@ -153,17 +165,21 @@ fn gouge_beside(chart: &Chart<'_>, family: &SphereFamily, motion: &RuledMotion, 
         let height = top + (family.highest() - top).max(0.0) * i as f64 / SPANS_ABOVE as f64;
         (height, family.radius(height).0)
     });
-    let mut near = chart.foot(&upper, (1.0, t))?.frame.place;
     let mut deepest: f64 = 0.0;
     let flutes = above.chain(family.below().iter().copied()).map(|sphere| (sphere, false));
     let body = family.body().iter().map(|sphere| (*sphere, true));
+    let mut near = high;
     for ((height, radius), straight) in flutes.chain(body) {
         if (motion.lower_height..top).contains(&height) {
             continue;
         }
         let centre = lower + axis * (height - motion.lower_height);
-        let foot = chart.foot(&centre, near)?;
-        near = foot.frame.place;
+        // Each foot is looked for from its neighbour's: farther away another one may be found.
+        let from = if height < motion.lower_height { low } else { near };
+        let foot = chart.foot(&centre, from)?;
+        if height >= top {
+            near = foot.frame.place;
+        }
         let (foot, depth, margin) = if straight {
             let side = side_foot(chart, &centre, &axis, radius, &foot)?;
             (side, -side.distance, BODY_MARGIN)

@@ -1,22 +1,43 @@
 //! The design surface seen as a band to be milled: coordinate g runs across the strips from the tip's side to the
 //! spindle's side, h runs along the cut. Both are 0..1 on the surface and go on past its edges (tangent extension).
 
+use super::field::Field;
 use crate::geometry::{Point, SplineSurface, Vector};
 use crate::part::OrientedSpline;
+use nalgebra::Matrix2;
+use std::sync::Arc;
 
-/// Which parameter of the surface plays which role.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// The lines g = const, h = const on the surface.
+#[derive(Clone, Debug)]
+pub(super) enum Lines {
+    /// Parameter lines: the cut runs along u, the tool's axis across it along v.
+    AlongU,
+    /// Parameter lines: the cut runs along v.
+    AlongV,
+    /// Level sets of two fields.
+    Field(Arc<Field>),
+}
+
+impl Lines {
+    /// Parameter lines, with the cut along u or along v.
+    pub(super) fn parameter(along_u: bool) -> Self {
+        if along_u { Self::AlongU } else { Self::AlongV }
+    }
+}
+
+/// Coordinate lines and their sense.
+#[derive(Clone, Debug)]
 pub(super) struct Layout {
-    /// True: the cut runs along u, the tool's axis across it along v.
-    pub(super) along_u: bool,
-    /// True: the tip is at the high end of the crossing parameter.
+    /// The lines.
+    pub(super) lines: Lines,
+    /// True: the tip is at the high end of the lines' own g.
     pub(super) tip_high: bool,
-    /// True: the cut runs toward the low end of its parameter.
+    /// True: the cut runs toward the low end of the lines' own h.
     pub(super) backward: bool,
 }
 
-/// A design surface with roles given to its parameters.
-#[derive(Clone, Copy, Debug)]
+/// A design surface with coordinates across and along the cut.
+#[derive(Clone, Debug)]
 pub(super) struct Chart<'a> {
     spline: &'a OrientedSpline,
     layout: Layout,
@@ -35,6 +56,10 @@ pub(super) struct Frame {
     pub(super) across: Vector,
     /// Derivative of the point along h, mm per unit.
     pub(super) along: Vector,
+    /// How far the place lies beyond the surface's edges, as a share of its parameter intervals; 0 on the surface.
+    pub(super) beyond: f64,
+    /// The same in mm along the extension.
+    pub(super) off: f64,
 }
 
 /// The closest surface point to a point in space.
@@ -52,10 +77,9 @@ impl Frame {
         self.within(0.0)
     }
 
-    /// True where the place is on the surface or within `margin` of it, in chart coordinates.
+    /// True where the place is on the surface or within `margin` of it, as a share of its parameter intervals.
     pub(super) fn within(&self, margin: f64) -> bool {
-        let range = -margin..=1.0 + margin;
-        range.contains(&self.place.0) && range.contains(&self.place.1)
+        self.beyond <= margin
     }
 
     /// Unit tangent perpendicular to the lines g = const, and the rate of g along it, 1/mm.
@@ -85,19 +109,21 @@ impl<'a> Chart<'a> {
         self.spline.surface()
     }
 
-    fn parameters(&self, (g, h): (f64, f64)) -> (f64, f64) {
-        let g = if self.layout.tip_high { 1.0 - g } else { g };
-        let h = if self.layout.backward { 1.0 - h } else { h };
-        let (su, sv) = if self.layout.along_u { (h, g) } else { (g, h) };
-        let [(u0, u1), (v0, v1)] = self.surface().domain();
-        (u0 + su * (u1 - u0), v0 + sv * (v1 - v0))
+    /// Chart coordinates and those of the lines themselves are each other's mirror images.
+    fn turned(&self, (g, h): (f64, f64)) -> (f64, f64) {
+        (if self.layout.tip_high { 1.0 - g } else { g }, if self.layout.backward { 1.0 - h } else { h })
     }
 
-    fn place(&self, u: f64, v: f64) -> (f64, f64) {
+    fn parameters(&self, place: (f64, f64), exact: bool) -> (f64, f64) {
+        let (g, h) = self.turned(place);
+        let (s, t) = match &self.layout.lines {
+            Lines::AlongU => (h, g),
+            Lines::AlongV => (g, h),
+            Lines::Field(field) if exact => field.at((g, h)),
+            Lines::Field(field) => field.near((g, h)),
+        };
         let [(u0, u1), (v0, v1)] = self.surface().domain();
-        let (su, sv) = ((u - u0) / (u1 - u0), (v - v0) / (v1 - v0));
-        let (g, h) = if self.layout.along_u { (sv, su) } else { (su, sv) };
-        (if self.layout.tip_high { 1.0 - g } else { g }, if self.layout.backward { 1.0 - h } else { h })
+        (u0 + s * (u1 - u0), v0 + t * (v1 - v0))
     }
 
     fn frame_at(&self, u: f64, v: f64) -> Option<Frame> {
@@ -105,35 +131,68 @@ impl<'a> Chart<'a> {
         let normal = jet.normal()?.into_inner();
         let normal = if self.spline.flip() { -normal } else { normal };
         let [(u0, u1), (v0, v1)] = self.surface().domain();
-        let (by_u, by_v) = (jet.su * (u1 - u0), jet.sv * (v1 - v0));
-        let (across, along) = if self.layout.along_u { (by_v, by_u) } else { (by_u, by_v) };
+        let (by_s, by_t) = (jet.su * (u1 - u0), jet.sv * (v1 - v0));
+        let (s, t) = ((u - u0) / (u1 - u0), (v - v0) / (v1 - v0));
+        let (own, across, along) = match &self.layout.lines {
+            Lines::AlongU => ((t, s), by_t, by_s),
+            Lines::AlongV => ((s, t), by_s, by_t),
+            Lines::Field(field) => {
+                let (place, by) = field.jet((s, t));
+                let back: Matrix2<f64> = by.try_inverse()?;
+                let derivative = |k: usize| by_s * back[(0, k)] + by_t * back[(1, k)];
+                (place, derivative(0), derivative(1))
+            }
+        };
+        let (over_s, over_t) = (s - s.clamp(0.0, 1.0), t - t.clamp(0.0, 1.0));
         Some(Frame {
-            place: self.place(u, v),
+            place: self.turned(own),
             point: jet.point,
             normal,
             across: if self.layout.tip_high { -across } else { across },
             along: if self.layout.backward { -along } else { along },
+            beyond: over_s.abs().max(over_t.abs()),
+            off: (by_s * over_s + by_t * over_t).norm(),
         })
+    }
+
+    /// Least and greatest h on the surface between the lines g = `low` and g = `high`.
+    pub(super) fn span(&self, low: f64, high: f64) -> (f64, f64) {
+        let Lines::Field(field) = &self.layout.lines else { return (0.0, 1.0) };
+        let ((a, _), (b, _)) = (self.turned((low, 0.0)), self.turned((high, 0.0)));
+        let (first, last) = field.span(a.min(b), a.max(b)).unwrap_or((0.0, 1.0));
+        let ((_, x), (_, y)) = (self.turned((0.0, first)), self.turned((0.0, last)));
+        (x.min(y), x.max(y))
     }
 
     /// The frame at chart coordinates; `None` where the surface has no normal.
     pub(super) fn frame(&self, place: (f64, f64)) -> Option<Frame> {
-        let (u, v) = self.parameters(place);
+        let (u, v) = self.parameters(place, true);
         self.frame_at(u, v)
     }
 
     /// Normal curvature at a place of the surface, 1/mm, along `direction`: positive where the surface is hollow, as
     /// seen from the tool's side.
     pub(super) fn curvature(&self, place: (f64, f64), direction: &Vector) -> Option<f64> {
-        let (u, v) = self.parameters(place);
+        let (u, v) = self.parameters(place, true);
         let value = self.surface().jet(u, v).curvature()?.normal_curvature(direction)?;
         Some(if self.spline.flip() { -value } else { value })
     }
 
     /// The foot of `p` on the extended surface, found from a place nearby.
     pub(super) fn foot(&self, p: &Point, near: (f64, f64)) -> Option<ChartFoot> {
-        let foot = self.surface().closest_from(p, self.parameters(near));
-        let frame = self.frame_at(foot.u, foot.v)?;
+        let foot = self.surface().closest_from(p, self.parameters(near, false));
+        self.foot_at(p, foot.u, foot.v)
+    }
+
+    /// The foot of `p` on the extended surface, nothing known.
+    pub(super) fn nearest(&self, p: &Point) -> Option<ChartFoot> {
+        let inside = self.surface().closest(p);
+        let foot = self.surface().closest_from(p, (inside.u, inside.v));
+        self.foot_at(p, foot.u, foot.v)
+    }
+
+    fn foot_at(&self, p: &Point, u: f64, v: f64) -> Option<ChartFoot> {
+        let frame = self.frame_at(u, v)?;
         let distance = (p - frame.point).dot(&frame.normal);
         distance.is_finite().then_some(ChartFoot { frame, distance })
     }

@@ -143,10 +143,6 @@ pub(super) struct StripFit<'a> {
     inside: Vec<bool>,
 }
 
-fn inside((g, h): (f64, f64)) -> bool {
-    (0.0..=1.0).contains(&g) && (0.0..=1.0).contains(&h)
-}
-
 struct Row {
     time: usize,
     lower: Vector,
@@ -183,7 +179,11 @@ impl<'a> StripFit<'a> {
         }));
         Some(Self {
             inside: vec![false; count * heights],
-            counted: hints.iter().take(count * heights).map(|h| inside(*h)).collect(),
+            counted: hints
+                .iter()
+                .take(count * heights)
+                .map(|at| chart.frame(*at).is_some_and(|f| f.inside()))
+                .collect(),
             chart,
             family,
             spec,
@@ -251,6 +251,12 @@ impl<'a> StripFit<'a> {
         }
         let d = span / length;
         let scale = 1.0 / (self.times.len() * self.shares.len()) as f64;
+        let longest = self.family.highest() - self.rails.lower_height;
+        if length > longest {
+            // Beyond the end of the flank nothing is cut.
+            let weight = REACH * scale;
+            rows.push(Row { time: j, lower: -d, upper: d, residual: length - longest, weight });
+        }
         for (k, f) in self.shares.clone().into_iter().enumerate() {
             let index = j * self.shares.len() + k;
             let centre = a + span * f;
@@ -336,6 +342,8 @@ impl<'a> StripFit<'a> {
     }
 }
 
+/// Weight of rails that lie farther apart than the flank reaches, against 1 for a deviation.
+const REACH: f64 = 300.0;
 /// The rest of the tool is looked at every so many instants: it must only stay clear.
 const CLEARANCE_STRIDE: usize = 3;
 /// The foot of the point of a cylinder of `radius` about the axis `d` that is nearest the part, seen from its centre's
@@ -347,6 +355,10 @@ pub(super) fn side_foot(
     radius: f64,
     foot: &ChartFoot,
 ) -> Option<ChartFoot> {
+    if foot.distance > radius {
+        // The whole sphere is clear; and far from the part another descent could end at another foot.
+        return Some(ChartFoot { distance: foot.distance - radius, ..*foot });
+    }
     let toward = -(foot.frame.normal - d * foot.frame.normal.dot(d)).normalize();
     chart.foot(&(centre + toward * radius), foot.frame.place)
 }

@@ -2,9 +2,11 @@
 //! `motion`, `envelope`, `optimize` and `collide`.
 
 mod assess;
+mod attainable;
 mod chart;
 pub mod choice;
 mod explain;
+mod field;
 mod fit;
 mod layout;
 mod link;
@@ -22,6 +24,7 @@ mod tests;
 mod touch;
 
 pub use assess::Deviation;
+pub use attainable::{Attainable, AttainableMap, FlankLaw};
 pub use explain::{LimitedBy, PlanVerdict, StripReport};
 pub use observe::{Observer, Progress, Stage, Unobserved};
 pub use rajain::{DirectionField, Free, RajainFigures, RajainSettings, Weights};
@@ -35,7 +38,7 @@ use crate::tool::Tool;
 use explain::Planned;
 use link::passes;
 use meridian::FoundTool;
-use planner::Planner;
+use planner::{Planner, flank};
 use rajain::RajainStrip;
 use strip::FittedStrip;
 
@@ -78,6 +81,8 @@ pub struct Strategy {
     pub method: Method,
     /// Wanted cutting direction, part frame; the planner chooses when left out.
     pub direction: Option<Vector>,
+    /// How firmly strips follow the wanted direction, against 1 for standing square to the best axis.
+    pub direction_weight: f64,
     /// Number of strips; as few as the tolerance allows when left out.
     pub strips: Option<usize>,
     /// End of the surface that the tip is at; from `spindle` when left out.
@@ -105,6 +110,7 @@ impl Strategy {
             kind,
             method: Method::Regulus,
             direction: None,
+            direction_weight: 20.0,
             strips: None,
             tip: None,
             spindle: None,
@@ -154,6 +160,8 @@ pub struct Plan {
     pub strips: Vec<StripReport>,
     /// Whether the strips as planned keep the tolerance; what counts in the end is what the program's text leaves.
     pub verdict: PlanVerdict,
+    /// What the flank can reach at best, fully engaged, whichever way its axis points; none for a tool that was found.
+    pub attainable: Option<AttainableMap>,
     /// Distance between the planned-on spline and the part's surface, mm; 0 for spline parts.
     pub surface_fit_error: f64,
     /// True when the observer ended it early: this is then the best found so far.
@@ -219,5 +227,12 @@ pub fn plan(request: &PlanRequest<'_>) -> Result<Plan> {
     let verdict = explain::verdict(request, &strips, bare_share);
     let interrupted = request.observer.stopped();
     let surface_fit_error = form.fit_error;
-    Ok(Plan { path, strips, verdict, surface_fit_error, interrupted, found: None, tool, rajain: figures })
+    let attainable = Some(AttainableMap::new(&form.spline, FlankLaw::of(&flank(used, request.strategy)?)));
+    Ok(Plan { path, strips, verdict, attainable, surface_fit_error, interrupted, found: None, tool, rajain: figures })
+}
+
+/// What a tool's flank can reach at best on a part, before anything is planned.
+pub fn attainable(part: &Part, tool: &Tool, strategy: &Strategy) -> Result<AttainableMap> {
+    let form = part.surface.spline()?;
+    Ok(AttainableMap::new(&form.spline, FlankLaw::of(&flank(tool, strategy)?)))
 }

@@ -105,6 +105,7 @@ impl<'a> Polish<'a> {
         let motion = rails.motion(x)?;
         let probe = setting.probe(&motion);
         let (start, end) = motion.domain();
+        let (low, high) = (setting.borders.low, setting.borders.high);
         let mut moments = Vec::with_capacity(instants);
         let mut near: Vec<Option<(f64, f64)>> = vec![None; heights];
         for j in 0..instants {
@@ -114,7 +115,8 @@ impl<'a> Polish<'a> {
             for (k, near) in near.iter_mut().enumerate() {
                 // Chebyshev-like spacing: the largest errors lie at both ends of the flank.
                 let share = 0.5 - 0.5 * (std::f64::consts::PI * k as f64 / (heights - 1) as f64).cos();
-                let hint = probe.hint(&at, share, near.unwrap_or((share, t)))?;
+                let hint =
+                    probe.hint(&at, share, near.unwrap_or((low + share * (high - low), setting.borders.first)))?;
                 *near = Some(hint.place);
                 spots.push(Spot { share, hint, end: k == 0 || k + 1 == heights });
             }
@@ -199,7 +201,8 @@ impl<'a> Polish<'a> {
         if self.is_end(t) {
             let (tangent, rate) = frame.along_gauge()?;
             let first = t == self.ends.0;
-            let (beyond, out) = if first { (-frame.place.1, -tangent) } else { (frame.place.1 - 1.0, tangent) };
+            let (beyond, out) =
+                if first { (borders.first - frame.place.1, -tangent) } else { (frame.place.1 - borders.last, tangent) };
             self.add(rows, t, beyond / rate, must(frame.within(BESIDE_MARGIN)), along(&out));
         }
         Some(())
@@ -213,10 +216,7 @@ impl<'a> Polish<'a> {
         if frame.inside() {
             return limits;
         }
-        let off = |at: f64, gauge: Option<(Vector, f64)>| gauge.map(|(_, rate)| (-at).max(at - 1.0).max(0.0) / rate);
-        let across = off(frame.place.0, frame.across_gauge()).unwrap_or(f64::INFINITY);
-        let along = off(frame.place.1, frame.along_gauge()).unwrap_or(f64::INFINITY);
-        let allowance = (across * across + along * along) / self.setting.family.radius(self.rails.lower_height).0;
+        let allowance = frame.off * frame.off / self.setting.family.radius(self.rails.lower_height).0;
         match allowance.is_finite() {
             true => Sides { allowance, hard_below: limits.hard_below + allowance, ..limits },
             false => Sides::FREE,

@@ -43,6 +43,13 @@ impl Rails {
         Some(RuledMotion { lower: rail(0)?, upper: rail(3)?, lower_height: self.lower_height })
     }
 
+    /// The unknowns that stand for a motion; `None` if its rails have another number of control points.
+    pub(super) fn resume(&self, motion: &RuledMotion) -> Option<Vec<f64>> {
+        let pairs = motion.lower.control().iter().zip(motion.upper.control());
+        let x: Vec<f64> = pairs.flat_map(|(a, b)| [a.x, a.y, a.z, b.x, b.y, b.z]).collect();
+        (x.len() == self.unknowns()).then_some(x)
+    }
+
     /// Lower and upper rail points at `t`.
     pub(super) fn points(&self, x: &[f64], t: f64) -> (Point, Point) {
         let basis = self.knots.basis(t);

@@ -105,18 +105,19 @@ pub(super) fn start_strip(
     band: &Band,
 ) -> Option<StripStart> {
     let coarse = 25.min(band.instants);
-    let times: Vec<f64> = (0..coarse).map(|j| j as f64 / (coarse - 1) as f64).collect();
+    let (begin, end) = (band.borders.first, band.borders.last);
+    let times: Vec<f64> = (0..coarse).map(|j| begin + (end - begin) * j as f64 / (coarse - 1) as f64).collect();
     let slants = match band.slanted {
         true => smoothed(choose_slants(chart, family, lower_height, band, &times)?),
         false => vec![0.0; coarse],
     };
     let slant = |h: f64| -> f64 {
-        let x = h.clamp(0.0, 1.0) * (coarse - 1) as f64;
+        let x = ((h - begin) / (end - begin)).clamp(0.0, 1.0) * (coarse - 1) as f64;
         let i = (x as usize).min(coarse - 2);
         slants[i] + (x - i as f64) * (slants[i + 1] - slants[i])
     };
-    let first = (-slants[0]).min(0.0) - band.overrun;
-    let last = (1.0 - slants[coarse - 1]).max(1.0) + band.overrun;
+    let first = begin - slants[0].max(0.0) - band.overrun;
+    let last = end - slants[coarse - 1].min(0.0) + band.overrun;
     let lower_time: Vec<f64> =
         (0..band.instants).map(|j| first + (last - first) * j as f64 / (band.instants - 1) as f64).collect();
     let upper_time: Vec<f64> = lower_time.iter().map(|h| h + slant(*h)).collect();
@@ -150,8 +151,9 @@ fn choose_slants(
     band: &Band,
     times: &[f64],
 ) -> Option<Vec<f64>> {
-    let middle = chart.frame((0.5 * (band.low + band.high), 0.5))?;
-    let width = (chart.frame((band.high, 0.5))?.point - chart.frame((band.low, 0.5))?.point).norm();
+    let h = 0.5 * (band.borders.first + band.borders.last);
+    let middle = chart.frame((0.5 * (band.low + band.high), h))?;
+    let width = (chart.frame((band.high, h))?.point - chart.frame((band.low, h))?.point).norm();
     let step = LARGEST_SLANT * width / f64::from(SLANTS) / middle.along.norm();
     let candidates: Vec<f64> = (-SLANTS..=SLANTS).map(|i| f64::from(i) * step).collect();
     let interval = times[1] - times[0];

@@ -82,6 +82,8 @@ pub(super) enum StripError {
 
 /// Factors of the fairness, one fit after another, and which share of the most steps each may take.
 const STAGES: [(f64, usize); 5] = [(1e4, 4), (1e2, 4), (1.0, 2), (1e-2, 2), (1e-4, 1)];
+/// Stage that a fit which goes on from an earlier one begins with.
+const RESUMED: usize = 2;
 /// How much more firmly a rail is held where it would leave part of the band uncut.
 const FIRM: f64 = 300.0;
 /// Weight of a gouge beside the strip, against 1 for a deviation on it: nearly a constraint.
@@ -124,13 +126,14 @@ pub(super) fn lay_strip(
     Ok(FittedStrip { motion, deviation, steps: 0 })
 }
 
-/// Fits the motion of `tool` over the band of `chart`. Rails are tied to their borders as loosely as coverage allows:
+/// Fits the motion of `tool` over the band of `chart`, from where an earlier fit of about the same band ended, if there
+/// is one. Rails are tied to their borders as loosely as coverage allows:
 /// what ties them costs accuracy.
 pub(super) fn fit_strip(
     chart: &Chart<'_>,
     tool: &Tool,
     family: &SphereFamily,
-    band: &Band,
+    (band, before): (&Band, Option<&FittedStrip>),
     goal: (&Resolution, &Limits),
     effort: &Effort<'_>,
 ) -> Result<FittedStrip, StripError> {
@@ -139,7 +142,7 @@ pub(super) fn fit_strip(
     for anchor in [1e-5, 1e-4, 1e-3, 1e-2] {
         let weights =
             FitWeights { extension: 0.3, anchor, firm: FIRM * anchor, fairness: effort.fairness, clearance: CLEARANCE };
-        last = fit_anchored(chart, tool, family, (band, &start), goal, (weights, effort));
+        last = fit_anchored(chart, tool, family, (band, &start, before), goal, (weights, effort));
         if last.is_ok() {
             break;
         }
@@ -151,17 +154,19 @@ fn fit_anchored(
     chart: &Chart<'_>,
     tool: &Tool,
     family: &SphereFamily,
-    (band, start): (&Band, &StripStart),
+    (band, start, before): (&Band, &StripStart, Option<&FittedStrip>),
     (resolution, limits): (&Resolution, &Limits),
     (weights, effort): (FitWeights, &Effort<'_>),
 ) -> Result<FittedStrip, StripError> {
     let mut fit = StripFit::new(chart, family, &start.spec, resolution.controls, resolution.heights, weights)
         .ok_or(StripError::BrokeDown)?;
-    let mut x = fit.start(&start.rulings).ok_or(StripError::BrokeDown)?;
+    let resumed = before.and_then(|strip| fit.rails().resume(&strip.motion));
+    let fresh = resumed.is_none();
+    let mut x = resumed.or_else(|| fit.start(&start.rulings)).ok_or(StripError::BrokeDown)?;
     let mut steps = 0;
     // Strong fairness first: it carries the rails past the places where the part's fine shape would trap them. Then
     // everything that is not the part itself gives way: what remains of it is the floor of the accuracy.
-    for (i, (factor, share)) in STAGES.into_iter().enumerate() {
+    for (i, (factor, share)) in STAGES.into_iter().enumerate().skip(if fresh { 0 } else { RESUMED }) {
         fit.weights.fairness = weights.fairness * factor;
         fit.weights.anchor = weights.anchor * factor.clamp(1e-2, 1.0);
         fit.weights.extension = weights.extension * factor.sqrt().clamp(1e-2, 1.0);

@@ -18,6 +18,7 @@ pub use problem::MeridianWeights;
 pub use radius::{FREE_COEFFICIENTS, MeridianFamily, RadiusFunction, RadiusJet};
 
 use super::chart::Chart;
+use super::chart::Lines;
 use super::explain::{self, Planned};
 use super::layout::{orient, runs_along_u};
 use super::{Deviation, Observer, Plan, PlanRequest, Strategy, StrategyKind};
@@ -109,9 +110,9 @@ pub fn find_tool(request: &ToolRequest<'_>) -> Result<FoundTool> {
     let form = request.part.surface.spline()?;
     let strategy = request.strategy;
     let only = strategy.direction.map(|direction| runs_along_u(&form.spline, &direction));
-    let layouts = both_ways(|along_u| orient(strategy, &form.spline, along_u), only);
+    let layouts = both_ways(|along_u| orient(strategy, &form.spline, Lines::parameter(along_u)), only);
     let (continued, whole) = continued(&form.spline);
-    let charts: Vec<Chart<'_>> = layouts.iter().map(|layout| Chart::new(&continued, *layout)).collect();
+    let charts: Vec<Chart<'_>> = layouts.iter().map(|layout| Chart::new(&continued, layout.clone())).collect();
     let search = Search { wish: request.wish, whole, limit: request.tolerance, observer: request.observer };
     let mut best: Option<(usize, Fitted)> = None;
     let mut refused = NotFound::NoFit;
@@ -135,7 +136,7 @@ pub fn find_tool(request: &ToolRequest<'_>) -> Result<FoundTool> {
         }
     }
     let (index, fitted) = best.ok_or_else(|| refusal(&refused, request.wish))?;
-    found(request, (layouts[index], whole), fitted, form.fit_error)
+    found(request, (layouts[index].clone(), whole), fitted, form.fit_error)
 }
 
 /// The surface with its end polynomials going on all around, as far as it stays regular, and the part of it that is
@@ -212,7 +213,7 @@ fn tool_of(wish: &ToolWish, radius: &RadiusFunction) -> Result<Tool> {
 /// The tool path of a found tool; `request.tool` is that tool.
 pub fn plan_found(request: &PlanRequest<'_>, found: &FoundTool) -> Result<Plan> {
     let form = request.part.surface.spline()?;
-    let chart = Chart::new(&form.spline, found.layout);
+    let chart = Chart::new(&form.spline, found.layout.clone());
     let motions: Vec<RuledMotion> = found.sweeps.iter().map(|sweep| sweep.motion.clone()).collect();
     let passes = path::passes(request, &chart, &motions)?;
     let path = ToolPath {
@@ -238,6 +239,7 @@ pub fn plan_found(request: &PlanRequest<'_>, found: &FoundTool) -> Result<Plan> 
         path,
         strips,
         verdict,
+        attainable: None,
         surface_fit_error: found.surface_fit_error,
         interrupted: request.observer.stopped(),
         found: None,

@@ -1,0 +1,10 @@
+//! A smooth global field of axis directions on the surface, and two scalar splines made from it: level sets of G are
+//! the strips' borders, level sets of H the footprints of the axis.
+
+mod axis;
+mod levels;
+mod sheet;
+
+pub(super) use axis::{AxisField, Wish};
+pub(super) use levels::Field;
+pub(super) use sheet::Sheet;

@@ -1,0 +1,167 @@
+//! What a tool path's sweeps leave of the part: envelope points of the whole flank, far denser than the planner looks,
+//! gathered in small cells of the surface. A cell's undercut is what the lowest sweep over it leaves.
+
+use rayon::prelude::*;
+use regulus::diagnostic::{Diagnostic, Result};
+use regulus::envelope::envelope_point;
+use regulus::geometry::Vector;
+use regulus::motion::{Pass, PassKind, PassMotion, RuledMotion, ToolPath};
+use regulus::part::{DesignSurface, OrientedSpline, Part};
+use regulus::tool::Tool;
+
+/// Cells along the flank.
+const CELLS: f64 = 24.0;
+/// Most cells along one parameter.
+const MOST_CELLS: f64 = 1200.0;
+/// Envelope points along one side of a cell.
+const POINTS: f64 = 2.2;
+
+/// What the sweeps came to.
+pub(crate) struct Figures {
+    /// Deepest cut below the surface, mm.
+    pub(crate) overcut: f64,
+    /// Highest rest above the surface where any sweep passes, mm.
+    pub(crate) undercut: f64,
+    /// Largest angle between neighbouring envelopes along their seams.
+    pub(crate) kink_deg: f64,
+    /// Share of the area that a sweep passes.
+    pub(crate) covered: f64,
+    /// Number of sweeps.
+    pub(crate) strips: usize,
+}
+
+/// What one sweep does to a cell.
+#[derive(Clone, Copy)]
+struct Cut {
+    lowest: f64,
+    highest: f64,
+    normal: Vector,
+}
+
+struct Grid<'a> {
+    spline: &'a OrientedSpline,
+    /// Cells along u and v.
+    cells: [usize; 2],
+    /// Size of a cell, mm.
+    size: f64,
+}
+
+/// Judges the cuts of a path.
+pub(crate) fn measure(part: &Part, tool: &Tool, path: &ToolPath) -> Result<Figures> {
+    let DesignSurface::Spline(spline) = &part.surface else {
+        return Err(Diagnostic::error("only splines are measured"));
+    };
+    let grid = Grid::new(spline, tool);
+    let cuts: Vec<&RuledMotion> = path.passes.iter().filter_map(cut).collect();
+    let swept: Vec<Vec<Option<Cut>>> = cuts.par_iter().map(|motion| grid.sweep(motion, tool)).collect();
+    let mut figures = Figures { overcut: 0.0, undercut: 0.0, kink_deg: 0.0, covered: 0.0, strips: cuts.len() };
+    let lowest = |cell: usize| {
+        let cuts = swept.iter().enumerate().filter_map(|(strip, cells)| Some((strip, cells[cell]?)));
+        cuts.min_by(|a, b| a.1.highest.total_cmp(&b.1.highest))
+    };
+    let (mut area, mut covered) = (0.0, 0.0);
+    for i in 0..grid.cells[0] {
+        for j in 0..grid.cells[1] {
+            let cell = i * grid.cells[1] + j;
+            let weight = grid.area(i, j);
+            area += weight;
+            let Some((strip, cut)) = lowest(cell) else { continue };
+            covered += weight;
+            figures.undercut = figures.undercut.max(cut.highest);
+            for cells in &swept {
+                figures.overcut = figures.overcut.max(cells[cell].map_or(0.0, |cut| -cut.lowest));
+            }
+            // A seam runs between this cell and the next where another sweep is the lowest there.
+            let next =
+                [(i + 1 < grid.cells[0]).then_some(cell + grid.cells[1]), (j + 1 < grid.cells[1]).then_some(cell + 1)];
+            for next in next.into_iter().flatten() {
+                let Some((other, beyond)) = lowest(next) else { continue };
+                if other != strip {
+                    let here = swept[other][cell].unwrap_or(beyond);
+                    figures.kink_deg = figures.kink_deg.max(cut.normal.angle(&here.normal).to_degrees());
+                }
+            }
+        }
+    }
+    figures.covered = covered / area;
+    Ok(figures)
+}
+
+fn cut(pass: &Pass) -> Option<&RuledMotion> {
+    match &pass.motion {
+        PassMotion::Ruled(motion) if pass.kind == PassKind::Cut => Some(motion),
+        _ => None,
+    }
+}
+
+impl<'a> Grid<'a> {
+    fn new(spline: &'a OrientedSpline, tool: &Tool) -> Self {
+        let [(u0, u1), (v0, v1)] = spline.surface().domain();
+        let mut longest = [0.0_f64; 2];
+        for i in 0..=20 {
+            for j in 0..=20 {
+                let (a, b) = (f64::from(i) / 20.0, f64::from(j) / 20.0);
+                let jet = spline.surface().jet(u0 + a * (u1 - u0), v0 + b * (v1 - v0));
+                longest = [longest[0].max(jet.su.norm() * (u1 - u0)), longest[1].max(jet.sv.norm() * (v1 - v0))];
+            }
+        }
+        let size = (tool.flute_length() / CELLS).max(longest[0].max(longest[1]) / MOST_CELLS);
+        Self { spline, cells: longest.map(|length| (length / size).ceil() as usize), size }
+    }
+
+    fn area(&self, i: usize, j: usize) -> f64 {
+        let [(u0, u1), (v0, v1)] = self.spline.surface().domain();
+        let share = |k: usize, n: usize| (k as f64 + 0.5) / n as f64;
+        let (a, b) = (share(i, self.cells[0]), share(j, self.cells[1]));
+        let jet = self.spline.surface().jet(u0 + a * (u1 - u0), v0 + b * (v1 - v0));
+        jet.su.cross(&jet.sv).norm()
+    }
+
+    fn cell(&self, u: f64, v: f64) -> Option<usize> {
+        let [(u0, u1), (v0, v1)] = self.spline.surface().domain();
+        let (a, b) = ((u - u0) / (u1 - u0), (v - v0) / (v1 - v0));
+        let inside = (0.0..=1.0).contains(&a) && (0.0..=1.0).contains(&b);
+        let index = |share: f64, n: usize| ((share * n as f64) as usize).min(n - 1);
+        inside.then(|| index(a, self.cells[0]) * self.cells[1] + index(b, self.cells[1]))
+    }
+
+    /// Every cell that the flank passes in one sweep.
+    fn sweep(&self, motion: &RuledMotion, tool: &Tool) -> Vec<Option<Cut>> {
+        let mut cells = vec![None; self.cells[0] * self.cells[1]];
+        let (start, end) = motion.domain();
+        let middle = |share: f64| {
+            let t = start + (end - start) * share;
+            nalgebra::center(&motion.lower.point(t), &motion.upper.point(t))
+        };
+        let fastest = (0..100).map(|i| (middle(f64::from(i + 1) / 100.0) - middle(f64::from(i) / 100.0)).norm());
+        let instants = (150.0 * fastest.fold(0.0, f64::max) * POINTS / self.size).ceil() as usize;
+        let heights = (tool.flute_length() * POINTS / self.size).ceil() as usize;
+        let mut near = vec![None; heights + 1];
+        for j in 0..=instants {
+            let t = start + (end - start) * j as f64 / instants as f64;
+            let Some(rate) = motion.pose_rate(t) else { continue };
+            for (k, near) in near.iter_mut().enumerate() {
+                let height = tool.flute_length() * k as f64 / heights as f64;
+                let Some(contact) = tool.contact_at(height).filter(|c| c.normal_radial > 1e-3) else { continue };
+                let centre = rate.pose.at_height(contact.sphere_height());
+                let surface = self.spline.surface();
+                let place = near.unwrap_or_else(|| {
+                    let foot = surface.closest(&centre);
+                    (foot.u, foot.v)
+                });
+                let foot = surface.closest_from(&centre, place);
+                let into = -self.spline.at(foot.u, foot.v).normal.0;
+                let Ok(touch) = envelope_point(&rate, &contact, &into) else { continue };
+                let foot = surface.closest_from(&touch.point, (foot.u, foot.v));
+                *near = Some((foot.u, foot.v));
+                let Some(cell) = self.cell(foot.u, foot.v) else { continue };
+                let at = self.spline.at(foot.u, foot.v);
+                let height = (touch.point - at.point).dot(&at.normal.0);
+                let normal = touch.normal.into_inner();
+                let cut = cells[cell].get_or_insert(Cut { lowest: height, highest: height, normal });
+                *cut = Cut { lowest: cut.lowest.min(height), highest: cut.highest.max(height), normal };
+            }
+        }
+        cells
+    }
+}
