@@ -137,3 +137,80 @@ fn an_observer_is_told_of_every_strip_and_changes_nothing() {
     assert_eq!(counting.0.into_inner(), 1);
     assert_eq!(watched.path, planned(Method::Regulus).path);
 }
+
+/// A plan of `surface` with a cylinder, or why there is none.
+fn attempt(surface: SplineSurface, diameter: f64, flute_length: f64, strategy: &Strategy) -> Result<Plan> {
+    let surface = DesignSurface::Spline(OrientedSpline::new(surface, false).unwrap());
+    let part = Part { name: "part".into(), surface, check: Vec::new(), body: None };
+    let shape = CutterShape::Cylinder { diameter, corner_radius: 0.0, flute_length };
+    let tool = Tool::new(1, &shape, &Fixture { gauge_length: 90.0, ..Fixture::default() }).unwrap();
+    plan(&PlanRequest {
+        name: "part",
+        part: &part,
+        tool: &tool,
+        strategy,
+        overcut_tolerance: 0.002,
+        undercut_tolerance: 0.002,
+        cut_feed: 600.0,
+        feed_reference: FeedReference::Mid,
+        spindle_rpm: 8000.0,
+        linearization: 0.0002,
+        observer: &Unobserved,
+    })
+}
+
+/// A square of 24 mm of z = k (x² + y²) / 2, hollow for positive k.
+fn bowl(k: f64) -> SplineSurface {
+    let knots = || vec![0.0, 0.0, 0.0, 1.0, 1.0, 1.0];
+    let (ends, square) = ([-12.0, 0.0, 12.0], [144.0, -144.0, 144.0]);
+    let at = |i: usize, j: usize| Point::new(ends[i], ends[j], 0.5 * k * (square[i] + square[j]));
+    let rows = (0..3).map(|i| (0..3).map(|j| at(i, j)).collect()).collect();
+    SplineSurface::new([2, 2], [knots(), knots()], rows, None).unwrap()
+}
+
+#[test]
+fn strips_run_the_way_the_user_wants_across_the_parameter_lines() {
+    let direction = Vector::new(1.0, 0.8, 0.0);
+    let strategy = Strategy {
+        direction: Some(direction),
+        strips: Some(5),
+        spindle: Some(Vector::y()),
+        ..Strategy::new(StrategyKind::MultiStrip)
+    };
+    let planned = attempt(bowl(-0.001), 6.0, 9.0, &strategy).unwrap();
+    assert_eq!(planned.strips.len(), 5);
+    for strip in &planned.strips {
+        assert!(strip.deviation.overcut < 0.02 && strip.deviation.undercut < 0.02, "{strip:?}");
+    }
+    for pass in planned.path.passes.iter().filter(|pass| pass.kind == PassKind::Cut) {
+        let (start, end) = pass.motion.domain();
+        let at = |t: f64| pass.motion.pose(t).unwrap().at_height(4.0);
+        let along = at(end) - at(start);
+        let off = along.cross(&direction).norm().atan2(along.dot(&direction).abs()).to_degrees();
+        assert!(off < 10.0, "strip {:?} runs {off} degrees off", pass.strip);
+    }
+}
+
+#[test]
+fn the_law_is_known_before_the_plan() {
+    let (part, tool) = (twisted(), cylinder());
+    let map = attainable(&part, &tool, &Strategy::new(StrategyKind::MultiStrip)).unwrap();
+    // A hyperbolic paraboloid carries straight lines everywhere.
+    assert!(map.worst() < 1e-9, "{}", map.worst());
+}
+
+#[test]
+fn what_cannot_be_planned_is_refused_with_place_and_remedy() {
+    let free = Strategy::new(StrategyKind::MultiStrip);
+    let upward = Strategy { direction: Some(Vector::z()), ..free.clone() };
+    let two = Strategy { strips: Some(2), ..free.clone() };
+    let cases = [
+        (attempt(bowl(0.001), 6.0, 9.0, &upward), "stands square to the surface near ("),
+        (attempt(bowl(0.2), 16.0, 9.0, &free), "hollow with radius"),
+        (attempt(bowl(-0.001), 6.0, 9.0, &two), "too short by"),
+    ];
+    for (refused, why) in cases {
+        let error = refused.err().unwrap();
+        assert!(error.message.contains(why) && error.help.is_some(), "{error}");
+    }
+}

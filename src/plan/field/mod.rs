@@ -5,6 +5,9 @@ mod axis;
 mod levels;
 mod sheet;
 
+#[cfg(test)]
+mod tests;
+
 pub(super) use axis::{AxisField, Wish};
 pub(super) use levels::Field;
 pub(super) use sheet::Sheet;
