@@ -6,6 +6,7 @@
 //! rigid whatever the rails do, since only their direction is used (Rajain 2023, R3 and R4 by construction).
 //! Residual: sphere distance |c - foot(c)| - r, signed (R19), whose exact gradient is the foot's normal.
 
+use super::attainable::FlankLaw;
 use super::chart::{Chart, ChartFoot};
 use super::rails::{BLOCK, RUN, Rails, SECOND_DIFFERENCE};
 use crate::geometry::{Point, Vector};
@@ -64,6 +65,19 @@ impl SphereFamily {
     /// Sphere centre height of the highest flank point.
     pub(super) fn highest(&self) -> f64 {
         self.flank[self.flank.len() - 1].0
+    }
+
+    /// The flank as the law of attainable errors sees it.
+    pub(super) fn law(&self) -> FlankLaw {
+        let (low, high) = (self.lowest(), self.highest());
+        let length = high - low;
+        let [first, middle, last] = [low, 0.5 * (low + high), high].map(|s| self.radius(s).0);
+        let slope = (last - first) / length;
+        FlankLaw {
+            reach: length * (1.0 - slope * slope).max(0.0).sqrt(),
+            radius: middle,
+            bend: 4.0 * (first + last - 2.0 * middle) / (length * length),
+        }
     }
 
     /// Flutes below the flank in use: (height, radius).

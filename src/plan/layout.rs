@@ -58,7 +58,7 @@ pub(super) fn choose_layout(
     spline: &OrientedSpline,
     family: &SphereFamily,
 ) -> Result<Choice> {
-    let lines = candidates(request.strategy, spline, &FlankLaw::of(family))?;
+    let lines = candidates(request.strategy, spline, &family.law())?;
     // In order, so that the choice does not depend on which is ready first.
     let choices: Vec<Option<Choice>> =
         lines.into_par_iter().map(|lines| predict(request, spline, family, lines)).collect();
@@ -107,7 +107,10 @@ fn candidates(strategy: &Strategy, spline: &OrientedSpline, flank: &FlankLaw) ->
     }
     axes.sort_by(|a, b| a.worst.total_cmp(&b.worst));
     let fields = axes.iter().filter_map(|axis| Field::new(&sheet, axis, wish));
-    lines.extend(fields.take(FIELDS).map(|field| Lines::Field(Arc::new(field))));
+    // What the user wants can always be had, whatever the curvature would prefer.
+    let plain = wish.map(|wish| AxisField::square_to(&sheet, &wish.direction, flank));
+    let plain = plain.and_then(|axis| Field::new(&sheet, &axis, wish));
+    lines.extend(fields.take(FIELDS).chain(plain).map(|field| Lines::Field(Arc::new(field))));
     if lines.is_empty() {
         lines.extend(nearest);
     }
@@ -119,7 +122,7 @@ fn predict(request: &PlanRequest<'_>, spline: &OrientedSpline, family: &SphereFa
     let strategy = request.strategy;
     let layout = orient(strategy, spline, lines)?;
     let chart = Chart::new(spline, layout.clone());
-    let reach = FlankLaw::of(family).reach;
+    let reach = family.law().reach;
     let least = fewest(&chart, reach)?;
     let wanted = match strategy.kind {
         StrategyKind::SingleSweep => Some(1),

@@ -227,12 +227,12 @@ pub fn plan(request: &PlanRequest<'_>) -> Result<Plan> {
     let verdict = explain::verdict(request, &strips, bare_share);
     let interrupted = request.observer.stopped();
     let surface_fit_error = form.fit_error;
-    let attainable = Some(AttainableMap::new(&form.spline, FlankLaw::of(&flank(used, request.strategy)?)));
+    let attainable = Some(AttainableMap::new(&form.spline, flank(used, request.strategy)?.law()));
     Ok(Plan { path, strips, verdict, attainable, surface_fit_error, interrupted, found: None, tool, rajain: figures })
 }
 
 /// What a tool's flank can reach at best on a part, before anything is planned.
 pub fn attainable(part: &Part, tool: &Tool, strategy: &Strategy) -> Result<AttainableMap> {
     let form = part.surface.spline()?;
-    Ok(AttainableMap::new(&form.spline, FlankLaw::of(&flank(tool, strategy)?)))
+    Ok(AttainableMap::new(&form.spline, flank(tool, strategy)?.law()))
 }

@@ -191,6 +191,32 @@ fn strips_run_the_way_the_user_wants_across_the_parameter_lines() {
     }
 }
 
+fn law(shape: &CutterShape) -> FlankLaw {
+    let tool = Tool::new(1, shape, &Fixture { gauge_length: 90.0, ..Fixture::default() }).unwrap();
+    flank(&tool, &Strategy { engage_from: Some(0.0), ..Strategy::new(StrategyKind::SingleSweep) }).unwrap().law()
+}
+
+#[test]
+fn a_cone_reaches_as_far_as_its_contacts_lie_apart() {
+    let law = law(&CutterShape::EndSpheres { r1: 0.3, r2: 1.0, length: 1.717 });
+    assert!((law.reach - (1.717_f64.powi(2) - 0.49).sqrt()).abs() < 1e-6, "{law:?}");
+    assert!((law.radius - 0.65).abs() < 1e-6 && law.bend.abs() < 1e-6, "{law:?}");
+}
+
+#[test]
+fn a_barrel_lies_without_error_in_a_hollow_of_its_own_radius() {
+    let barrel = law(&CutterShape::Barrel {
+        diameter: 10.0,
+        barrel_radius: 85.0,
+        half_angle: crate::geometry::Degrees(0.0),
+        corner_radius: 0.0,
+        flute_length: 20.0,
+    });
+    let straight = FlankLaw { bend: 0.0, ..barrel };
+    assert!(barrel.error(1.0 / 85.0, 18.0) < 0.02 * straight.error(1.0 / 85.0, 18.0), "{barrel:?}");
+    assert!(barrel.error(0.0, 18.0) > straight.error(0.0, 18.0));
+}
+
 #[test]
 fn the_law_is_known_before_the_plan() {
     let (part, tool) = (twisted(), cylinder());

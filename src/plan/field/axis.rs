@@ -15,6 +15,8 @@ const SMOOTHNESS: f64 = 0.2;
 const LEAN: f64 = 0.05;
 /// Error, mm, below which a surface prefers no direction.
 const NEGLIGIBLE: f64 = 1e-6;
+/// Share of its curvature by which a surface may bend differently in different directions and still prefers none.
+const ALIKE: f64 = 0.1;
 /// Gauss-Newton steps.
 const STEPS: usize = 12;
 /// Rounds in which places of large misfit gain weight.
@@ -54,8 +56,11 @@ type Row = (f64, [f64; 3]);
 impl AxisField {
     /// The field found from a constant angle.
     pub(in crate::plan) fn solve(sheet: &Sheet, flank: &FlankLaw, wish: Option<Wish>, start: f64) -> Option<Self> {
-        let contrast: f64 = sheet.stations.iter().map(|s| s.area * s.bending.contrast().powi(2)).sum();
-        let usual = contrast.sqrt().max(16.0 * NEGLIGIBLE / flank.reach.powi(2));
+        let squares = sheet.stations.iter().map(|s| {
+            let bent = s.bending.form[0].abs() + s.bending.form[2].abs();
+            s.area * (s.bending.contrast().powi(2) + (ALIKE * bent).powi(2))
+        });
+        let usual = squares.sum::<f64>().sqrt().max(16.0 * NEGLIGIBLE / flank.reach.powi(2));
         let net = Net::new(SIDE)?;
         let mut coefficients = vec![start; net.size()];
         let weights = vec![1.0; sheet.stations.len()];
@@ -64,11 +69,22 @@ impl AxisField {
             problem.minimize(&mut coefficients)?;
             problem.reweight(&coefficients);
         }
-        let angles = problem.angles(&coefficients);
-        let errors =
-            sheet.stations.iter().zip(&angles).map(|(s, a)| flank.error(s.bending.curvature(*a).0, flank.reach));
-        let worst = errors.fold(0.0, f64::max);
-        Some(Self { angles, worst })
+        Some(Self::of(sheet, flank, problem.angles(&coefficients)))
+    }
+
+    /// The axis square to a direction everywhere.
+    pub(in crate::plan) fn square_to(sheet: &Sheet, direction: &Vector, flank: &FlankLaw) -> Self {
+        let angle = |station: &Station| {
+            let (x, y) = (station.bending.e1.dot(direction), station.bending.e2.dot(direction));
+            x.atan2(-y)
+        };
+        Self::of(sheet, flank, sheet.stations.iter().map(angle).collect())
+    }
+
+    fn of(sheet: &Sheet, flank: &FlankLaw, angles: Vec<f64>) -> Self {
+        let places = sheet.stations.iter().zip(&angles);
+        let worst = places.map(|(s, a)| flank.error(s.bending.curvature(*a).0, flank.reach)).fold(0.0, f64::max);
+        Self { angles, worst }
     }
 
     /// True where the axis is the same line nearly everywhere.

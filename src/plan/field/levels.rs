@@ -240,7 +240,7 @@ fn apart(sheet: &Sheet, net: &Net, g: &[f64], h: &[f64]) -> Option<()> {
         };
         let (a, b) = (gradient(g), gradient(h));
         let sine = (a[0] * b[1] - a[1] * b[0]) / (a[0].hypot(a[1]) * b[0].hypot(b[1]));
-        if !(sine.abs() >= LEAST_SINE) || sine * sense < 0.0 {
+        if sine.is_nan() || sine.abs() < LEAST_SINE || sine * sense < 0.0 {
             return None;
         }
         sense = sine;
