@@ -9,6 +9,7 @@ mod explain;
 mod field;
 mod fit;
 mod layout;
+mod limits;
 mod link;
 pub mod meridian;
 mod observe;

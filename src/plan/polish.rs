@@ -8,8 +8,8 @@
 use super::assess::{Borders, Survey};
 use super::chart::{Chart, Frame};
 use super::fit::{BESIDE_MARGIN, BODY_MARGIN, SphereFamily, side_foot};
+use super::limits::Limits;
 use super::rails::{BLOCK, Rails, SECOND_DIFFERENCE};
-use super::strip::Limits;
 use super::touch::{Hint, Instant, NoTouch, Probe, axis_gradient};
 use crate::geometry::Vector;
 use crate::motion::RuledMotion;

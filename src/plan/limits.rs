@@ -1,0 +1,35 @@
+//! What a strip's errors are measured against.
+
+use super::assess::Deviation;
+use crate::optimize::minimax::Sides;
+
+/// What a strip's deviation should stay below, mm.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Limits {
+    /// Below the surface.
+    pub(super) overcut: f64,
+    /// Above the surface.
+    pub(super) undercut: f64,
+}
+
+impl Limits {
+    /// Largest of both errors, each as a share of its limit.
+    pub(super) fn strain(&self, deviation: &Deviation) -> f64 {
+        self.strain_of(-deviation.overcut.max(deviation.outside)).max(self.strain_of(deviation.undercut))
+    }
+
+    /// A signed deviation as a share of its limit, not negative. Where no overcut at all is allowed it counts as a share
+    /// of what resolution calls none.
+    pub(super) fn strain_of(&self, deviation: f64) -> f64 {
+        if deviation > 0.0 { deviation / self.undercut } else { -deviation / self.overcut.max(NO_OVERCUT) }
+    }
+
+    /// Both errors strain their limits alike; overcut never more than wholly.
+    pub(super) fn sides(&self) -> Sides {
+        let below = if self.overcut > 0.0 { self.overcut } else { f64::INFINITY };
+        Sides { above: self.undercut, below, hard_below: self.overcut, ..Sides::FREE }
+    }
+}
+
+/// Overcut that counts as none, mm.
+const NO_OVERCUT: f64 = 1e-6;
