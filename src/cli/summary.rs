@@ -1,5 +1,6 @@
 //! Results in a few lines for people.
 
+use crate::feed::{AxisLimit, Limiter};
 use crate::job::fact_lines;
 use crate::pipeline::Posted;
 use crate::plan::meridian::FoundTool;
@@ -9,6 +10,8 @@ use std::fmt::Write;
 
 /// Reasons that are shown one by one.
 const REASONS: usize = 10;
+/// Reasons for slowness that are shown.
+const LOSSES: usize = 5;
 
 /// The strips as planned.
 pub(super) fn of_plan(plan: &Plan) -> String {
@@ -112,15 +115,28 @@ pub(super) fn of_program(posted: &Posted) -> String {
         let _ =
             writeln!(text, "  rewinds {}: there the tool leaves the part while rotary axes turn back", posted.rewinds);
     }
+    let _ = writeln!(text, "feed        {:.1} s", posted.duration);
+    for loss in posted.losses.iter().take(LOSSES) {
+        let _ = writeln!(text, "  {} costs {:.2} s in {} moves", limiter(loss.limiter), loss.seconds, loss.blocks);
+    }
     if let Some(first) = posted.slowed.first() {
-        let _ = writeln!(
-            text,
-            "  feed words lower the speed of {} moves, the first on line {first}: {:.2} s in all",
-            posted.slowed.len(),
-            posted.lost
-        );
+        let count = posted.slowed.len();
+        let _ = writeln!(text, "  feed words lower the speed of {count} moves, the first on line {first}");
     }
     text
+}
+
+/// What holds the feed back, in words.
+fn limiter(limiter: Limiter) -> String {
+    match limiter {
+        Limiter::Feed => "the feed itself".to_owned(),
+        Limiter::Flank => "the fastest point of the flutes".to_owned(),
+        Limiter::Axis(letter, AxisLimit::Speed) => format!("the speed of {letter}"),
+        Limiter::Axis(letter, AxisLimit::Acceleration) => format!("the acceleration of {letter}"),
+        Limiter::Axis(letter, AxisLimit::Jerk) => format!("the jerk of {letter}"),
+        Limiter::Word => "the feed word".to_owned(),
+        Limiter::Rapid => "rapid traverse".to_owned(),
+    }
 }
 
 /// Figures and verdict.

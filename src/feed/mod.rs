@@ -7,16 +7,29 @@
 //! a_i = (r_(i+1) - r_i) / ((T_i + T_(i+1)) / 2)
 //! ```
 //!
-//! Limits are kept in this model, so that whoever has the blocks and their durations can check them. Within a block with
-//! TCP on the linear axes do not move evenly; their speed is also kept at quarter points. Motion from rest at the start of
-//! a run of feed moves and to rest at its end is the control's own business, as are rapids, which run from rest to rest.
+//! and about block `i` it jerks by the change of that over the mean duration of the three blocks. Limits are kept in this
+//! model over each run of feed moves, from rest to rest, so that whoever has the blocks and their durations can check
+//! them. Within a block with TCP on the linear axes do not move evenly; their speed, acceleration and jerk are also kept
+//! between pieces of the block. Rapids run from rest to rest as fast as the axes can; where the control itself does not
+//! keep the axes' speeds with TCP on, a rapid that would pass them becomes a feed move.
 
+mod block;
+mod excess;
+mod filter;
+mod limiter;
 mod profile;
+mod rapid;
 #[cfg(test)]
 mod tests;
 
-use crate::machine::{AxisMove, Machine, Segment, Setup};
-use crate::motion::{FeedReference, ToolPath};
+pub use excess::{Excess, ExcessKind, excesses};
+pub use limiter::{AxisLimit, Limiter, Loss};
+
+use crate::machine::{AxisMove, Setup};
+use crate::motion::{PassKind, ToolPath};
+use block::{Block, Limits};
+use limiter::Demand;
+use profile::Run;
 
 /// A move and the time it takes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,179 +43,110 @@ pub struct TimedMove {
     pub tip_length: f64,
 }
 
-/// What an axis does too fast.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ExcessKind {
-    /// Mean rate in a block.
-    Speed,
-    /// Change of rate between a block and the next.
-    Acceleration,
+/// Share of speed, acceleration and jerk limits that is used, so that rounding of feed words does not pass them.
+const SHARE: (f64, f64, f64) = (0.999, 0.998, 0.997);
+
+/// Every move of a path with its duration, and what holds it back.
+#[derive(Clone, Debug)]
+pub struct Schedule {
+    moves: Vec<TimedMove>,
+    /// Block `i` leads from move `i` to move `i + 1`.
+    blocks: Vec<Block>,
+    demands: Vec<Demand>,
+    /// Seconds that each block may not fall below, whatever the axes can.
+    floors: Vec<f64>,
+    limits: Limits,
+    letters: [char; 5],
 }
 
-/// An axis beyond its limit.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Excess {
-    /// Index of the move; for accelerations that of the later one.
-    pub index: usize,
-    /// Letter of the axis.
-    pub axis: char,
-    /// What is too fast.
-    pub kind: ExcessKind,
-    /// Its value: mm/s, rad/s, mm/s^2 or rad/s^2.
-    pub value: f64,
-    /// Its limit, same unit.
-    pub limit: f64,
-}
-
-/// Share of speed and acceleration limits that is used, so that rounding of feed words does not pass them.
-const SHARE: (f64, f64) = (0.999, 0.998);
-/// No point of the flutes moves faster than this many times the feed, whatever the reference.
-const FASTEST_FLANK: f64 = 10.0;
-/// Pieces of a block in which lengths and speeds are measured.
-const PIECES: usize = 4;
-
-/// What a block is long and needs, before its neighbours are looked at.
-#[derive(Clone, Copy, Debug)]
-struct Block {
-    /// Travel of each axis from end to end, mm and radians.
-    travel: [f64; 5],
-    /// Largest travel of each axis in a piece of the block, times the number of pieces.
-    busiest: [f64; 5],
-    /// Lengths of the paths of tip, mid flute and top of the flutes in the part frame, mm.
-    tip: f64,
-    mid: f64,
-    top: f64,
-}
-
-impl Block {
-    fn measure(segment: &Segment<'_>, flute: f64) -> Self {
-        let [from, to] = segment.ends().each_ref().map(|axes| axes.values());
-        let mut block =
-            Self { travel: std::array::from_fn(|k| to[k] - from[k]), busiest: [0.0; 5], tip: 0.0, mid: 0.0, top: 0.0 };
-        let (mut pose, mut axes) = (segment.pose(0.0), from);
-        for piece in 1..=PIECES {
-            let share = piece as f64 / PIECES as f64;
-            let (next, reached) = (segment.pose(share), segment.axes(share).map_or(to, |axes| axes.values()));
-            block.tip += (next.tip - pose.tip).norm();
-            block.mid += (next.at_height(flute / 2.0) - pose.at_height(flute / 2.0)).norm();
-            block.top += (next.at_height(flute) - pose.at_height(flute)).norm();
-            for (busiest, (a, b)) in block.busiest.iter_mut().zip(axes.iter().zip(reached)) {
-                *busiest = busiest.max((b - a).abs() * PIECES as f64);
-            }
-            (pose, axes) = (next, reached);
-        }
-        block
-    }
-
-    /// Seconds from rest to rest with every axis at its own top speed and acceleration.
-    fn rapid_time(&self, speeds: &[f64; 5], accelerations: &[f64; 5]) -> f64 {
-        let axes = self.busiest.iter().zip(speeds.iter().zip(accelerations));
-        let times = axes.map(|(way, (speed, acceleration))| {
-            let ramp = speed / acceleration;
-            if *way >= speed * ramp { way / speed + ramp } else { 2.0 * (way / acceleration).sqrt() }
-        });
-        times.fold(0.0, f64::max)
-    }
-
-    /// Seconds that the path or its feed, in mm/s, and the axis speeds demand.
-    fn feed_time(&self, asked: Option<f64>, feed: f64, reference: FeedReference, speeds: &[f64; 5]) -> f64 {
-        let axes = self.busiest.iter().zip(speeds).map(|(way, speed)| way / (speed * SHARE.0));
-        if let Some(seconds) = asked {
-            return axes.fold(seconds, f64::max);
-        }
-        let fastest = self.tip.max(self.top);
-        let length = match reference {
-            FeedReference::Tip => self.tip,
-            FeedReference::Mid => self.mid,
-            FeedReference::Top => self.top,
-            FeedReference::Fastest => fastest,
-        };
-        axes.fold((length / feed).max(fastest / (FASTEST_FLANK * feed)), f64::max)
-    }
-}
-
-/// Times every move of a path: feed moves by the path's own times, or else by the length of the feed reference's way in
-/// the part over the feed, then
-/// stretched to the axes' speeds and accelerations over each run between rapids; rapids by the axes alone. `tcp` says
-/// how the control interpolates.
-pub fn durations(path: &ToolPath, setup: &Setup, tcp: bool, moves: &[AxisMove]) -> Vec<TimedMove> {
-    let machine = setup.machine();
-    let (speeds, accelerations) = (machine.speeds(), machine.accelerations());
-    let how = setup.interpolation(tcp);
-    let blocks: Vec<Block> = moves
-        .windows(2)
-        .map(|pair| Block::measure(&setup.segment(&pair[0].to, &pair[1].to, how), path.tool.flute_length))
-        .collect();
-    let feed = path.cut_feed / 60.0;
-    let mut times: Vec<f64> = blocks
-        .iter()
-        .zip(moves.iter().skip(1))
-        .map(|(block, step)| {
-            if step.kind.is_rapid() {
-                block.rapid_time(&speeds, &accelerations)
-            } else {
-                block.feed_time(step.asked, feed, path.feed_reference, &speeds)
-            }
-        })
-        .collect();
-    for run in runs(moves) {
-        let travels: Vec<[f64; 5]> = blocks[run.clone()].iter().map(|block| block.travel).collect();
-        let lengths: Vec<f64> = blocks[run.clone()].iter().map(|block| block.tip.max(block.top)).collect();
-        profile::stretch(&mut times[run], &travels, &lengths, &accelerations.map(|a| a * SHARE.1));
-    }
-    let first = moves.first().map(|axes| TimedMove { axes: *axes, duration: 0.0, tip_length: 0.0 });
-    let rest = moves.iter().skip(1).zip(times.iter().zip(&blocks));
-    let rest =
-        rest.map(|(axes, (duration, block))| TimedMove { axes: *axes, duration: *duration, tip_length: block.tip });
-    first.into_iter().chain(rest).collect()
-}
-
-/// Runs of feed moves between rapids, as ranges of blocks; block `i` leads from move `i` to move `i + 1`.
-fn runs(moves: &[AxisMove]) -> Vec<std::ops::Range<usize>> {
-    let mut runs = Vec::new();
-    let mut start = None;
-    for (block, step) in moves.iter().skip(1).enumerate() {
-        match (step.kind.is_rapid(), start) {
-            (false, None) => start = Some(block),
-            (true, Some(from)) => {
-                runs.push(from..block);
-                start = None;
-            }
-            _ => {}
-        }
-    }
-    runs.extend(start.map(|from| from..moves.len() - 1));
-    runs
-}
-
-/// Every axis speed and acceleration beyond its limit in the model of this module, for feed moves with their final
-/// durations; empty when all is well.
-pub fn excesses(moves: &[TimedMove], machine: &Machine) -> Vec<Excess> {
-    let (letters, speeds, accelerations) = (machine.letters(), machine.speeds(), machine.accelerations());
-    let mut found = Vec::new();
-    let mut before: Option<([f64; 5], f64)> = None;
-    for (index, pair) in moves.windows(2).enumerate() {
-        let [from, to] = pair else { continue };
-        if to.axes.kind.is_rapid() {
-            before = None;
-            continue;
-        }
-        let (a, b) = (from.axes.to.values(), to.axes.to.values());
-        let rates: [f64; 5] = std::array::from_fn(|k| (b[k] - a[k]) / to.duration);
-        for k in 0..5 {
-            let mut check = |kind, value: f64, limit: f64| {
-                // A move of no length in no time is no motion.
-                if value > limit {
-                    found.push(Excess { index: index + 1, axis: letters[k], kind, value, limit });
+impl Schedule {
+    /// Times every move of a path: feed moves by the path's own times, or else by the length of the feed reference's way
+    /// in the part over the feed, then stretched to the axes' speeds, accelerations and jerks over each run between rapids; rapids by the axes alone.
+    /// `tcp` says how the control interpolates.
+    pub fn new(path: &ToolPath, setup: &Setup, tcp: bool, moves: &[AxisMove]) -> Self {
+        let limits = Limits::of(setup.machine());
+        let feed = path.cut_feed / 60.0;
+        let how = setup.interpolation(tcp);
+        let first = moves.first().map(|axes| TimedMove { axes: *axes, duration: 0.0, tip_length: 0.0 });
+        let mut timed: Vec<TimedMove> = first.into_iter().collect();
+        let (mut blocks, mut demands) = (Vec::new(), Vec::new());
+        let usable = limits.shares(SHARE.0, SHARE.1, SHARE.2);
+        for pair in moves.windows(2) {
+            let [from, to] = pair else { continue };
+            let block = Block::measure(&setup.segment(&from.to, &to.to, how), path.tool.flute_length);
+            let mut axes = *to;
+            let demand = if !to.kind.is_rapid() {
+                match to.asked {
+                    Some(seconds) => Demand::timed(seconds, &block, &usable),
+                    None => Demand::feed(&block, feed, path.feed_reference, &usable),
                 }
+            } else if tcp && rapid::passes_speeds(setup, &[from.to, to.to], &block) {
+                axes.kind = PassKind::Retract;
+                Demand::slowed_rapid(&block, &usable)
+            } else {
+                Demand::rapid(&block, &limits)
             };
-            check(ExcessKind::Speed, rates[k].abs(), speeds[k]);
-            if let Some((last, duration)) = before {
-                let change = (rates[k] - last[k]).abs() / ((duration + to.duration) / 2.0);
-                check(ExcessKind::Acceleration, change, accelerations[k]);
+            timed.push(TimedMove { axes, duration: demand.time(), tip_length: block.tip });
+            blocks.push(block);
+            demands.push(demand);
+        }
+        let floors = demands.iter().map(Demand::time).collect();
+        let letters = setup.machine().letters();
+        let mut schedule = Self { moves: timed, blocks, demands, floors, limits, letters };
+        schedule.stretch();
+        schedule
+    }
+
+    /// Gives every block at least the seconds that the control really takes for it, because its feed word is rounded or
+    /// comes to a ceiling, and stretches the others to them. `seconds` is for each move, the first included; none for
+    /// rapids and for moves that are not written.
+    pub fn slow_to(&mut self, seconds: &[Option<f64>]) {
+        for (floor, seconds) in self.floors.iter_mut().zip(seconds.iter().skip(1)) {
+            *floor = seconds.map_or(*floor, |seconds| floor.max(seconds));
+        }
+        self.stretch();
+    }
+
+    /// Stretches the floors to the axes' limits over every run.
+    fn stretch(&mut self) {
+        let usable = self.limits.shares(SHARE.0, SHARE.1, SHARE.2);
+        let mut run: Vec<usize> = Vec::new();
+        for index in 0..=self.blocks.len() {
+            if self.is_feed(index) {
+                // What moves nothing in no time is no block.
+                if self.floors.get(index).is_some_and(|floor| *floor > 0.0) {
+                    run.push(index);
+                }
+                continue;
+            }
+            let travels: Vec<[f64; 5]> = run.iter().map(|block| self.blocks[*block].travel).collect();
+            let lengths: Vec<f64> = run.iter().map(|block| self.blocks[*block].length()).collect();
+            let mut times: Vec<f64> = run.iter().map(|block| self.floors[*block]).collect();
+            let (accelerations, jerks) = (&usable.accelerations, &usable.jerks);
+            profile::stretch(&mut times, &Run { travels: &travels, lengths: &lengths, accelerations, jerks });
+            for (block, time) in run.drain(..).zip(times) {
+                self.moves[block + 1].duration = time;
             }
         }
-        before = Some((rates, to.duration));
     }
-    found
+
+    fn is_feed(&self, block: usize) -> bool {
+        self.moves.get(block + 1).is_some_and(|step| !step.axes.kind.is_rapid())
+    }
+
+    /// The moves; the first only says where the path begins. Rapids that the control would make too fast have become feed
+    /// moves.
+    pub fn moves(&self) -> &[TimedMove] {
+        &self.moves
+    }
+
+    /// Seconds from the first move to the last.
+    pub fn total(&self) -> f64 {
+        self.moves.iter().map(|step| step.duration).sum()
+    }
+}
+
+/// Times every move of a path, see [`Schedule::new`].
+pub fn durations(path: &ToolPath, setup: &Setup, tcp: bool, moves: &[AxisMove]) -> Vec<TimedMove> {
+    Schedule::new(path, setup, tcp, moves).moves
 }

@@ -1,13 +1,27 @@
 //! Durations against closed forms and against the limits they must keep.
 
+use super::block::FASTEST_FLANK;
 use super::*;
 use crate::geometry::{Point, Vector};
+use crate::machine::Machine;
 use crate::machine::path_tests::{pass, path, ruled, setup, solve, through_the_pole, tilted};
-use crate::motion::{PassKind, PassMotion, Pose};
+use crate::motion::{FeedReference, PassMotion, Pose};
 
 fn timed(path: &ToolPath, setup: &Setup, tcp: bool) -> Vec<TimedMove> {
     let solved = solve(path, setup, tcp);
     durations(path, setup, tcp, &solved.moves)
+}
+
+fn seconds(moves: &[TimedMove]) -> Vec<Option<f64>> {
+    moves.iter().map(|step| Some(step.duration).filter(|_| !step.axes.kind.is_rapid())).collect()
+}
+
+/// A machine so brisk that nothing is lost at the ends of a run.
+fn brisk(name: &str) -> Setup {
+    let mut machine = Machine::named(name).unwrap();
+    machine.linear.iter_mut().for_each(|axis| axis.acceleration = 1e9);
+    machine.rotary.iter_mut().for_each(|axis| axis.acceleration = 1e9);
+    Setup::new(&machine, "G54", 100.0).unwrap()
 }
 
 fn total(moves: &[TimedMove]) -> f64 {
@@ -39,10 +53,12 @@ fn reference_decides_what_the_feed_is_the_speed_of() {
         (FeedReference::Mid, arc(10.0)),
         (FeedReference::Top, arc(30.0)),
         (FeedReference::Fastest, arc(30.0)),
+        // |h - 10| by Simpson's rule over heights 0, 20 and 40.
+        (FeedReference::Mean, arc((10.0 + 40.0 + 30.0) / 6.0)),
     ];
     for (reference, length) in cases {
         path.feed_reference = reference;
-        let time = total(&timed(&path, &setup("xyzac-trt"), true));
+        let time = total(&timed(&path, &brisk("xyzac-trt"), true));
         assert!((time / (length / 10.0) - 1.0).abs() < 1e-3, "{reference:?} {time}");
     }
 }
@@ -52,7 +68,7 @@ fn tool_that_pivots_about_its_reference_is_still_held_back() {
     let pose = |t: f64| Pose { tip: Point::new(50.0, 0.0, 10.0), axis: tilted(0.2 + 0.3 * t, 0.5) };
     let mut path = path(vec![pass(PassKind::Cut, ruled(pose, 12))]);
     path.feed_reference = FeedReference::Tip;
-    let time = total(&timed(&path, &setup("xyzac-trt"), true));
+    let time = total(&timed(&path, &brisk("xyzac-trt"), true));
     assert!((time / (40.0 * 0.3 / (10.0 * FASTEST_FLANK)) - 1.0).abs() < 0.05, "{time}");
 }
 
@@ -89,13 +105,12 @@ fn axis_limits_are_kept_after_rounding_of_the_feed_word() {
             for name in ["xyzac-trt", "xyzbc-trt", "bridgemill", "head-b-table-c"] {
                 for tcp in [true, false] {
                     let setup = setup(name);
-                    let mut moves = timed(&path, &setup, tcp);
-                    assert_eq!(excesses(&moves, setup.machine()), [], "{name} {feed} {tcp}");
-                    for step in moves.iter_mut().skip(1) {
-                        let word = crate::machine::round_to(60.0 / step.duration, 3);
-                        step.duration = 60.0 / word;
-                    }
-                    assert_eq!(excesses(&moves, setup.machine()), [], "{name} {feed} {tcp} rounded");
+                    let moves = timed(&path, &setup, tcp);
+                    let exact = seconds(&moves);
+                    assert_eq!(excesses(&moves, &exact, setup.machine()), [], "{name} {feed} {tcp}");
+                    let rounded = |seconds: f64| 60.0 / crate::machine::round_to(60.0 / seconds, 3);
+                    let rounded: Vec<_> = exact.into_iter().map(|seconds| seconds.map(rounded)).collect();
+                    assert_eq!(excesses(&moves, &rounded, setup.machine()), [], "{name} {feed} {tcp} rounded");
                 }
             }
         }
@@ -108,7 +123,46 @@ fn too_short_durations_are_found() {
     let mut moves = timed(&through_the_pole(0.02), &setup, true);
     let middle = moves.len() / 2;
     moves[middle].duration /= 1000.0;
-    let found = excesses(&moves, setup.machine());
+    let found = excesses(&moves, &seconds(&moves), setup.machine());
     assert!(found.iter().any(|e| e.index == middle && e.kind == ExcessKind::Speed && e.value > e.limit));
     assert!(found.iter().any(|e| e.kind == ExcessKind::Acceleration));
+}
+
+#[test]
+fn losses_say_which_axis_holds_the_feed_back() {
+    let mut path = through_the_pole(0.02);
+    path.cut_feed = 6000.0;
+    let setup = setup("xyzac-trt");
+    let solved = solve(&path, &setup, true);
+    let schedule = Schedule::new(&path, &setup, true, &solved.moves);
+    let losses = schedule.losses();
+    assert!(matches!(losses[0].limiter, Limiter::Axis('C', _)), "{losses:?}");
+    // What is lost comes on top of what the feed asks for.
+    let patient = Schedule::new(&path, &brisk("xyzac-trt"), true, &solved.moves);
+    let lost: f64 = losses.iter().map(|loss| loss.seconds).sum();
+    let more = schedule.total() - patient.total();
+    assert!(lost >= more - 1e-9 && more > 0.0, "{lost} {more}");
+    assert_eq!(schedule.limiters().len() + 1, schedule.moves().len());
+    // At a feed that every axis can follow nothing is lost but a ramp at each end.
+    path.cut_feed = 1.0;
+    let slow = Schedule::new(&path, &setup, true, &solved.moves);
+    assert!(slow.limiters().iter().all(|limiter| *limiter == Limiter::Feed), "{:?}", slow.losses());
+}
+
+#[test]
+fn blocks_that_the_control_slows_brake_their_neighbours() {
+    let mut path = through_the_pole(0.02);
+    path.cut_feed = 30_000.0;
+    let setup = setup("xyzac-trt");
+    let solved = solve(&path, &setup, true);
+    let mut schedule = Schedule::new(&path, &setup, true, &solved.moves);
+    let middle = schedule.moves().len() / 2;
+    let mut slowed = seconds(schedule.moves());
+    slowed[middle] = slowed[middle].map(|seconds| seconds * 2.0);
+    assert!(!excesses(schedule.moves(), &slowed, setup.machine()).is_empty());
+    schedule.slow_to(&slowed);
+    let after = seconds(schedule.moves());
+    assert_eq!(excesses(schedule.moves(), &after, setup.machine()), []);
+    assert!(after[middle] >= slowed[middle]);
+    assert_eq!(schedule.limiters()[middle - 1], Limiter::Word);
 }

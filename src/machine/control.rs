@@ -189,6 +189,9 @@ pub struct DialectOptions {
     pub tcp_at_start: bool,
     /// How the rotary axes turn between blocks that give them as angles with TCP on.
     pub tcp_interpolation: TcpInterpolation,
+    /// Whether the control keeps the speeds of the machine's axes with TCP on; else only those of the tip and of the
+    /// rotary axes, and rapids that would pass them are written as feed moves, and found where a program has them.
+    pub tcp_limits_axes: bool,
     /// How they turn between blocks that give tool vectors.
     pub vector_interpolation: TcpInterpolation,
     /// Which way a wrapped rotary axis turns.
@@ -236,6 +239,7 @@ impl DialectOptions {
             tcp_off: None,
             tcp_at_start: false,
             tcp_interpolation: TcpInterpolation::RotaryLinear,
+            tcp_limits_axes: true,
             vector_interpolation: TcpInterpolation::GreatCircle,
             rollover: Rollover::Shortest,
             number_without_point: PointRule::Required,

@@ -54,6 +54,7 @@ struct RawLinear {
     limits: [f64; 2],
     speed: f64,
     acceleration: f64,
+    jerk: Option<f64>,
     direction: Option<[f64; 3]>,
     error: Option<RawLinearError>,
 }
@@ -114,6 +115,7 @@ struct RawOptions {
     tcp_off: Option<String>,
     tcp_at_start: Option<bool>,
     tcp_interpolation: Option<TcpInterpolation>,
+    tcp_limits_axes: Option<bool>,
     vector_interpolation: Option<TcpInterpolation>,
     rollover: Option<Rollover>,
     number_without_point: Option<PointRule>,
@@ -191,6 +193,7 @@ impl Reader<'_> {
             max,
             speed: self.positive(&format!("{path}.speed"), raw.speed, "mm/min")? / 60.0,
             acceleration: self.positive(&format!("{path}.acceleration"), raw.acceleration, "mm/s^2")?,
+            jerk: self.jerk(&path, raw.jerk, "mm/s^3")?,
         })
     }
 
@@ -309,6 +312,7 @@ impl Reader<'_> {
             tcp_off: code(&raw.tcp_off, default.tcp_off),
             tcp_at_start: raw.tcp_at_start.unwrap_or(default.tcp_at_start),
             tcp_interpolation: raw.tcp_interpolation.unwrap_or(default.tcp_interpolation),
+            tcp_limits_axes: raw.tcp_limits_axes.unwrap_or(default.tcp_limits_axes),
             vector_interpolation: raw.vector_interpolation.unwrap_or(default.vector_interpolation),
             rollover: raw.rollover.unwrap_or(default.rollover),
             number_without_point: raw.number_without_point.unwrap_or(default.number_without_point),

@@ -48,6 +48,11 @@ impl<'a> Reader<'a> {
         self.bad(path, format!("{value} {unit} is not a positive rate"), format!("write a number above zero, {unit}"))
     }
 
+    /// A jerk limit, which may be left out.
+    pub(super) fn jerk(&self, path: &str, value: Option<f64>, unit: &str) -> Result<Option<f64>> {
+        value.map(|jerk| self.positive(&format!("{path}.jerk"), jerk, unit)).transpose()
+    }
+
     pub(super) fn direction(&self, path: &str, [x, y, z]: [f64; 3]) -> Result<Direction> {
         match Direction::try_new(Vector::new(x, y, z), 1e-6) {
             Some(direction) => Ok(direction),

@@ -31,6 +31,7 @@ pub(super) struct RawRotary {
     index_step: Option<f64>,
     speed: f64,
     acceleration: f64,
+    jerk: Option<f64>,
     error: Option<RawError>,
 }
 
@@ -107,6 +108,7 @@ impl Reader<'_> {
             motion: self.motion(&path, raw.index_step)?,
             speed: self.positive(&format!("{path}.speed"), raw.speed, "degrees/min")?.to_radians() / 60.0,
             acceleration: self.positive(&format!("{path}.acceleration"), raw.acceleration, "degrees/s^2")?.to_radians(),
+            jerk: self.jerk(&path, raw.jerk, "degrees/s^3")?.map(f64::to_radians),
         })
     }
 
@@ -193,6 +195,7 @@ fn locked(taken: &[char], on: Carrier, direction: Direction) -> RotaryAxis {
         // It never moves; any rates will do.
         speed: TAU,
         acceleration: TAU,
+        jerk: None,
     }
 }
 

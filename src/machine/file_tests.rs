@@ -142,6 +142,19 @@ fn rates_and_numbers() {
 }
 
 #[test]
+fn jerk_limits_are_optional_and_positive() {
+    let text = builtin("xyzac-trt").unwrap();
+    assert_eq!(Machine::read("m.toml", text).unwrap().jerks(), [f64::INFINITY; 5]);
+    let text = text.replacen("acceleration = 5000", "acceleration = 5000\njerk = 60000", 1);
+    let text = text.replacen("acceleration = 3600", "acceleration = 3600\njerk = 18000", 1);
+    let jerks = Machine::read("m.toml", &text).unwrap().jerks();
+    assert_eq!((jerks[0], jerks[1], jerks[4]), (60000.0, f64::INFINITY, f64::INFINITY));
+    assert!((jerks[3] - 100.0 * std::f64::consts::PI).abs() < 1e-9, "{jerks:?}");
+    let said = complaint("acceleration = 5000", "acceleration = 5000\njerk = -1");
+    assert_says(&said, &["-1 mm/s^3 is not a positive rate", "write a number above zero"]);
+}
+
+#[test]
 fn chain_of_carriers() {
     assert_says(&complaint("carried_by = \"A\"\n", ""), &["neither says that the other carries it"]);
     assert_says(&complaint("carried_by = \"A\"", "carried_by = \"B\""), &["not the other rotary axis"]);

@@ -47,6 +47,8 @@ pub struct LinearAxis {
     pub speed: f64,
     /// Top acceleration, mm/s^2.
     pub acceleration: f64,
+    /// Top jerk, mm/s^3; `None` where it is not limited.
+    pub jerk: Option<f64>,
 }
 
 /// What a rotary axis turns.
@@ -108,6 +110,8 @@ pub struct RotaryAxis {
     pub speed: f64,
     /// Top acceleration, rad/s^2.
     pub acceleration: f64,
+    /// Top jerk, rad/s^3; `None` where it is not limited.
+    pub jerk: Option<f64>,
 }
 
 impl RotaryAxis {
@@ -204,6 +208,13 @@ impl Machine {
     pub fn accelerations(&self) -> [f64; 5] {
         let [x, y, z] = self.linear.each_ref().map(|a| a.acceleration);
         let [a, b] = self.rotary.each_ref().map(|a| a.acceleration);
+        [x, y, z, a, b]
+    }
+
+    /// Top jerks in the order of [`Self::letters`], mm/s^3 and rad/s^3; infinite where there is no limit.
+    pub fn jerks(&self) -> [f64; 5] {
+        let [x, y, z] = self.linear.each_ref().map(|a| a.jerk.unwrap_or(f64::INFINITY));
+        let [a, b] = self.rotary.each_ref().map(|a| a.jerk.unwrap_or(f64::INFINITY));
         [x, y, z, a, b]
     }
 }

@@ -12,7 +12,7 @@ fn value() -> Value {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "regulus machine file",
         "description": "A machine of three to five axes and its control. Lengths mm, angles degrees, speeds mm/min and degrees/min, \
-                        accelerations mm/s^2 and degrees/s^2.",
+                        accelerations mm/s^2 and degrees/s^2, jerks mm/s^3 and degrees/s^3.",
         "type": "object",
         "additionalProperties": false,
         "required": ["format", "version", "name", "description", "source", "linear", "control"],
@@ -89,6 +89,7 @@ fn linear() -> Value {
             "limits": numbers(2, "[lower, upper], mm."),
             "speed": positive("Top speed, mm/min."),
             "acceleration": positive("Top acceleration, mm/s^2."),
+            "jerk": positive("Top jerk, mm/s^3; not limited when left out."),
             "direction": numbers(3, "Way of the tool relative to the table when the axis counts up; its own letter's."),
             "error": {
                 "type": "object",
@@ -137,6 +138,7 @@ fn rotary() -> Value {
             },
             "speed": positive("Top speed, degrees/min."),
             "acceleration": positive("Top acceleration, degrees/s^2."),
+            "jerk": positive("Top jerk, degrees/s^3; not limited when left out."),
         },
     })
 }
@@ -174,61 +176,66 @@ fn control() -> Value {
                     "end": text("Behind the last retract."),
                 },
             },
-            "options": {
-                "type": "object",
-                "additionalProperties": false,
-                "properties": {
-                    "linear_digits": digits("Decimals of X, Y, Z words."),
-                    "rotary_digits": digits("Decimals of rotary words."),
-                    "vector_digits": digits("Decimals of the words of a tool vector."),
-                    "feed_digits": digits("Decimals of F words."),
-                    "units": { "enum": ["mm", "inch"], "description": "Units of written programs." },
-                    "orientation": {
-                        "enum": ["angles", "vectors"],
-                        "description": "How written blocks say the tool's orientation with TCP on.",
-                    },
-                    "feed_mode": { "enum": ["inverse-time", "per-minute"] },
-                    "max_feed": positive("Largest F of feed per minute, mm/min."),
-                    "inverse_time_range": numbers(2, "[smallest, largest] F of inverse-time feed, 1/min."),
-                    "inverse_time_unit": {
-                        "enum": ["per-minute", "per-second", "seconds"],
-                        "description": "What F counts in inverse-time feed.",
-                    },
-                    "feed_radius": {
-                        "type": "number",
-                        "minimum": 0,
-                        "description": "mm at which the turn of a rotary axis counts for F per minute, TCP off; 0: not at all.",
-                    },
-                    "max_block_rate": positive("Most blocks that the control takes in a second."),
-                    "max_block_length": { "type": "integer", "minimum": 60, "description": "Characters of a block." },
-                    "tcp_on": text("Code that turns TCP on; empty where there is none."),
-                    "tcp_on_vectors": text("Code that turns TCP on for tool vectors, where tcp_on does not."),
-                    "tcp_off": text("Code that turns TCP off; empty where there is none."),
-                    "tcp_at_start": flag("Whether TCP is on when a program starts."),
-                    "tcp_interpolation": {
-                        "enum": ["rotary-linear", "great-circle"],
-                        "description": "How the tool axis turns between blocks with angles, TCP on.",
-                    },
-                    "vector_interpolation": {
-                        "enum": ["rotary-linear", "great-circle"],
-                        "description": "How it turns between blocks with tool vectors.",
-                    },
-                    "rollover": {
-                        "enum": ["shortest", "sign", "within"],
-                        "description": "Which way a wrapped axis turns: the shorter, that of the word's sign, or never past zero.",
-                    },
-                    "number_without_point": {
-                        "enum": ["required", "unit", "increment"],
-                        "description": "What a number without decimal point means; required: such a number is an error.",
-                    },
-                    "least_increment": positive("What such a number counts, mm and degrees."),
-                    "decimal_comma": flag("Whether the decimal sign is a comma in written programs."),
-                    "length_offset_without_tcp": flag("Whether the tool length is part of the Z zero with TCP off."),
-                    "start_lines": lines("Written after the header."),
-                    "retract_lines": lines("Written before the first move and after the last, TCP off."),
-                    "end_lines": lines("Written before the end of the program."),
-                },
+            "options": options(),
+        },
+    })
+}
+
+fn options() -> Value {
+    json!({
+        "type": "object",
+        "additionalProperties": false,
+        "properties": {
+            "linear_digits": digits("Decimals of X, Y, Z words."),
+            "rotary_digits": digits("Decimals of rotary words."),
+            "vector_digits": digits("Decimals of the words of a tool vector."),
+            "feed_digits": digits("Decimals of F words."),
+            "units": { "enum": ["mm", "inch"], "description": "Units of written programs." },
+            "orientation": {
+                "enum": ["angles", "vectors"],
+                "description": "How written blocks say the tool's orientation with TCP on.",
             },
+            "feed_mode": { "enum": ["inverse-time", "per-minute"] },
+            "max_feed": positive("Largest F of feed per minute, mm/min."),
+            "inverse_time_range": numbers(2, "[smallest, largest] F of inverse-time feed, 1/min."),
+            "inverse_time_unit": {
+                "enum": ["per-minute", "per-second", "seconds"],
+                "description": "What F counts in inverse-time feed.",
+            },
+            "feed_radius": {
+                "type": "number",
+                "minimum": 0,
+                "description": "mm at which the turn of a rotary axis counts for F per minute, TCP off; 0: not at all.",
+            },
+            "max_block_rate": positive("Most blocks that the control takes in a second."),
+            "max_block_length": { "type": "integer", "minimum": 60, "description": "Characters of a block." },
+            "tcp_on": text("Code that turns TCP on; empty where there is none."),
+            "tcp_on_vectors": text("Code that turns TCP on for tool vectors, where tcp_on does not."),
+            "tcp_off": text("Code that turns TCP off; empty where there is none."),
+            "tcp_at_start": flag("Whether TCP is on when a program starts."),
+            "tcp_interpolation": {
+                "enum": ["rotary-linear", "great-circle"],
+                "description": "How the tool axis turns between blocks with angles, TCP on.",
+            },
+            "vector_interpolation": {
+                "enum": ["rotary-linear", "great-circle"],
+                "description": "How it turns between blocks with tool vectors.",
+            },
+            "rollover": {
+                "enum": ["shortest", "sign", "within"],
+                "description": "Which way a wrapped axis turns: the shorter, that of the word's sign, or never past zero.",
+            },
+            "number_without_point": {
+                "enum": ["required", "unit", "increment"],
+                "description": "What a number without decimal point means; required: such a number is an error.",
+            },
+            "least_increment": positive("What such a number counts, mm and degrees."),
+            "decimal_comma": flag("Whether the decimal sign is a comma in written programs."),
+            "tcp_limits_axes": flag("Whether the control keeps the axes' speeds with TCP on."),
+            "length_offset_without_tcp": flag("Whether the tool length is part of the Z zero with TCP off."),
+            "start_lines": lines("Written after the header."),
+            "retract_lines": lines("Written before the first move and after the last, TCP off."),
+            "end_lines": lines("Written before the end of the program."),
         },
     })
 }

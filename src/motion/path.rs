@@ -210,6 +210,8 @@ pub enum FeedReference {
     Top,
     /// The fastest of tip and top in each block.
     Fastest,
+    /// The mean over the length of the flutes.
+    Mean,
 }
 
 /// What posting needs to know of the tool.

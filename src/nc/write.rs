@@ -41,6 +41,9 @@ pub struct Written {
     pub slowed: Vec<usize>,
     /// Seconds by which the program takes longer than asked, rounding and ceilings together.
     pub lost: f64,
+    /// For each move the seconds that its feed word makes it take; none for the first, for rapids, and for moves too short
+    /// to be written, whose time is the next one's.
+    pub seconds: Vec<Option<f64>>,
 }
 
 /// Share by which rounding alone may lower a feed.
@@ -62,8 +65,10 @@ pub fn write(request: &WriteRequest) -> Result<Written> {
         return Err(Diagnostic::error("the path has no moves, so there is no program to write"));
     };
     writer.begin(first)?;
+    writer.out.seconds.push(None);
     for step in moves {
-        writer.step(step)?;
+        let seconds = writer.step(step)?;
+        writer.out.seconds.push(seconds);
     }
     writer.end()?;
     Ok(writer.out)
@@ -115,7 +120,12 @@ impl<'a> Writer<'a> {
             fields: fields(request, &style, &blocks)?,
             vectors: vectors(request),
             blocks,
-            out: Written { text: String::with_capacity(request.moves.len() * 60), slowed: Vec::new(), lost: 0.0 },
+            out: Written {
+                text: String::with_capacity(request.moves.len() * 60),
+                slowed: Vec::new(),
+                lost: 0.0,
+                seconds: Vec::with_capacity(request.moves.len()),
+            },
             line: 0,
             at: [0; 8],
             rotary: [0.0; 2],
@@ -205,14 +215,15 @@ impl<'a> Writer<'a> {
         Ok(words)
     }
 
-    fn step(&mut self, step: &TimedMove) -> Result<()> {
+    /// Writes a move; the seconds that its feed word makes it take.
+    fn step(&mut self, step: &TimedMove) -> Result<Option<f64>> {
         let words = self.words_of(step, self.request.tcp)?;
         let turned = self.turned(&words)?;
         let way = self.way(&words, turned, step);
         if way.is_none() {
             // The control would not move; the time goes to the next block.
             self.owed += if step.axes.kind.is_rapid() { 0.0 } else { step.duration };
-            return Ok(());
+            return Ok(None);
         }
         self.check_branch(step)?;
         let (words, feed) = if step.axes.kind.is_rapid() { (words, None) } else { self.feed(words, step, way)? };
@@ -221,7 +232,7 @@ impl<'a> Writer<'a> {
         self.blocks.push(&mut self.out.text, motion, &words, self.vectors, turned, feed);
         self.close(start)?;
         (self.at, self.rotary) = (words, step.axes.to.rotary);
-        Ok(())
+        Ok(feed.map(|word| word.seconds))
     }
 
     /// The feed of a block, and the words that it can be given for.

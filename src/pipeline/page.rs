@@ -250,6 +250,7 @@ fn findings(motion: &ToolMotion, verified: &Verified) -> Vec<Finding> {
             LimitKind::Travel => "travel",
             LimitKind::Speed => "speed",
             LimitKind::Acceleration => "acceleration",
+            LimitKind::Jerk => "jerk",
         };
         Finding {
             line: Some(v.line),

@@ -2,7 +2,7 @@
 
 use super::{InputFile, Inputs};
 use crate::diagnostic::{Diagnostic, Result, Severity};
-use crate::feed::durations;
+use crate::feed::{Loss, Schedule, excesses};
 use crate::job::ToolSpec;
 use crate::machine::{LinearizeOptions, Machine, Setup, linearize};
 use crate::motion::ToolPath;
@@ -43,8 +43,10 @@ pub struct Posted {
     pub rewinds: usize,
     /// Lines whose feed a ceiling of the control lowers.
     pub slowed: Vec<usize>,
-    /// Seconds lost to rounding and ceilings of the feed words.
-    pub lost: f64,
+    /// Seconds that the moves take as written.
+    pub duration: f64,
+    /// What holds the moves back from the feed, and what that costs, the most costly first.
+    pub losses: Vec<Loss>,
 }
 
 /// A program followed and measured.
@@ -107,20 +109,38 @@ pub fn post(request: &PostRequest<'_>) -> Result<Posted> {
     let setup = Setup::new(machine, work_offset, path.tool.gauge_length)?;
     let tcp = machine.control.tcp;
     let linearized = linearize(path, &setup, tcp, &LinearizeOptions::default())?;
-    let moves = durations(path, &setup, tcp, &linearized.moves);
-    let request =
-        WriteRequest { path, moves: &moves, setup: &setup, work_offset, tcp, input_hash, number, modal: true };
-    let written = write(&request)?;
+    let mut schedule = Schedule::new(path, &setup, tcp, &linearized.moves);
+    let write = |schedule: &Schedule| {
+        let moves = schedule.moves();
+        write(&WriteRequest { path, moves, setup: &setup, work_offset, tcp, input_hash, number, modal: true })
+    };
+    let (mut written, mut slowed) = (write(&schedule)?, Vec::new());
+    for _ in 0..WORD_ROUNDS {
+        slowed.append(&mut written.slowed);
+        if excesses(schedule.moves(), &written.seconds, machine).is_empty() {
+            break;
+        }
+        schedule.slow_to(&written.seconds);
+        written = write(&schedule)?;
+    }
+    slowed.append(&mut written.slowed);
+    slowed.sort_unstable();
+    slowed.dedup();
     Ok(Posted {
         text: written.text,
         extension: machine.control.dialect.extension(),
-        moves: moves.len(),
+        moves: schedule.moves().len(),
         linearization: linearized.deviation,
         rewinds: linearized.choice.rewinds,
-        slowed: written.slowed,
-        lost: written.lost,
+        slowed,
+        duration: schedule.total(),
+        losses: schedule.losses(),
     })
 }
+
+/// Rounds in which blocks are fitted to neighbours that their feed words slow; what is left after that is found when the
+/// program is verified.
+const WORD_ROUNDS: usize = 8;
 
 /// Writes the program of a job's tool path.
 pub fn post_job(inputs: &Inputs, path: &ToolPath) -> Result<Posted> {

@@ -5,7 +5,7 @@
 //! a curved meridian counts by the difference of the curvatures. The axis' direction is free at every place.
 
 use super::Strategy;
-use super::chart::Chart;
+use super::chart::{Chart, Lines};
 use super::layout::{orient, runs_along_u};
 use crate::diagnostic::Result;
 use crate::part::Part;
@@ -88,7 +88,7 @@ pub fn prospects(
     let only = strategy.direction.map(|direction| runs_along_u(&form.spline, &direction));
     let layouts = [true, false].into_iter().filter(|along_u| only.is_none_or(|wanted| wanted == *along_u));
     let charts: Vec<Chart<'_>> = layouts
-        .filter_map(|along_u| orient(strategy, &form.spline, along_u))
+        .filter_map(|along_u| orient(strategy, &form.spline, Lines::parameter(along_u)))
         .map(|layout| Chart::new(&form.spline, layout))
         .collect();
     // A two-sided error of e can be shifted into any overcut and undercut that sum to 2 e.

@@ -3,6 +3,7 @@
 
 use super::arc::Arc;
 use super::duration::feed_duration;
+use super::rapid::rapid_duration;
 use super::rollover::turn_to;
 use super::segment::{Path, Segment, SegmentKind};
 use super::tool_motion::ToolMotion;
@@ -388,25 +389,4 @@ impl<'a> Follower<'a> {
     fn find(&mut self, code: FindingCode, line: usize, message: impl Into<String>, help: &str) {
         self.findings.push(Finding::new(code, line, message, help));
     }
-}
-
-/// Seconds for a rapid from rest to rest: that of the slowest axis with its own top speed and acceleration, judged by its
-/// fastest piece where the axes do not move linearly.
-fn rapid_duration(setup: &Setup, segment: &Segment) -> f64 {
-    let pieces = if segment.path == Path::Joints { 1 } else { 8 };
-    let place = |k: u32| segment.axes(setup, f64::from(k) / f64::from(pieces)).values();
-    let mut ways = [0.0_f64; 5];
-    for piece in 0..pieces {
-        let (from, to) = (place(piece), place(piece + 1));
-        for (index, way) in ways.iter_mut().enumerate() {
-            *way = way.max((to[index] - from[index]).abs() * f64::from(pieces));
-        }
-    }
-    let machine = setup.machine();
-    let limits = machine.speeds().into_iter().zip(machine.accelerations());
-    let seconds = |(way, (speed, acceleration)): (f64, (f64, f64))| {
-        let ramp = speed / acceleration;
-        if way >= speed * ramp { way / speed + ramp } else { 2.0 * (way / acceleration).sqrt() }
-    };
-    ways.into_iter().zip(limits).map(seconds).fold(0.0, f64::max)
 }

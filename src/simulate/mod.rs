@@ -6,6 +6,7 @@ mod arc;
 mod bound;
 mod duration;
 mod follow;
+mod rapid;
 mod rollover;
 mod segment;
 mod statistics;

@@ -1,5 +1,10 @@
 //! What a motion asks of each axis, and where that is more than it can. Uses `machine`.
+//!
+//! Accelerations and jerks are divided differences over the ends of two and three feed blocks in a row, and inside a block
+//! over its pieces where the axes do not move evenly: means of the derivatives between, so what is found is there, however
+//! the control rounds the joints. Rapids are looked at where the control does not keep the axes' speeds itself.
 
+use super::rapid::Traverse;
 use super::segment::{Path, Segment, SegmentKind};
 use super::tool_motion::ToolMotion;
 use crate::machine::Travel;
@@ -14,6 +19,8 @@ pub enum LimitKind {
     Speed,
     /// Acceleration, mm/s^2 or degrees/s^2.
     Acceleration,
+    /// Jerk, mm/s^3 or degrees/s^3.
+    Jerk,
 }
 
 /// A limit that a block passes.
@@ -44,8 +51,8 @@ pub struct AxisStatistics {
     pub travel: f64,
     /// Highest mean speed of a feed block, or of a piece of it where the axis does not move evenly.
     pub max_rate: f64,
-    /// Highest acceleration between two feed blocks: difference of their mean speeds over the time between their
-    /// middles.
+    /// Highest acceleration at feed: between two blocks the difference of their mean speeds over the time between their
+    /// middles; or inside a block where the axis does not move evenly.
     pub max_acceleration: f64,
 }
 
@@ -69,9 +76,54 @@ struct Axis {
     range: Option<[f64; 2]>,
     speed: f64,
     acceleration: f64,
+    jerk: f64,
     statistics: AxisStatistics,
-    /// Mean speed and duration of the feed block before.
-    before: Option<(f64, f64)>,
+    before: Before,
+}
+
+/// What came before in a run of feed blocks.
+#[derive(Clone, Copy, Default)]
+struct Before {
+    /// Mean speed and duration of the block before.
+    rate: Option<(f64, f64)>,
+    /// Acceleration between the two blocks before, and the duration of the first of them.
+    acceleration: Option<(f64, f64)>,
+}
+
+/// One axis in one block.
+#[derive(Clone, Copy, Default)]
+struct Trace {
+    low: f64,
+    high: f64,
+    /// Length of its way there and back.
+    length: f64,
+    /// From end to end.
+    travel: f64,
+    /// Largest first, second and third difference over the pieces, as derivatives by the share of the block.
+    derivatives: [f64; 3],
+}
+
+impl Trace {
+    fn of(stops: &[[f64; 5]], axis: usize) -> Self {
+        let positions: Vec<f64> = stops.iter().filter_map(|stop| stop.get(axis).copied()).collect();
+        let (Some(first), Some(last)) = (positions.first(), positions.last()) else { return Self::default() };
+        let pieces = (positions.len() - 1) as f64;
+        let mut trace = Self { low: f64::INFINITY, high: f64::NEG_INFINITY, ..Self::default() };
+        trace.travel = last - first;
+        for position in &positions {
+            (trace.low, trace.high) = (trace.low.min(*position), trace.high.max(*position));
+        }
+        let mut differences = positions;
+        for (order, derivative) in trace.derivatives.iter_mut().enumerate() {
+            differences = differences.windows(2).map(|pair| pair[1] - pair[0]).collect();
+            if order == 0 {
+                trace.length = differences.iter().map(|way| way.abs()).sum();
+            }
+            let largest = differences.iter().fold(0.0, |most: f64, value| most.max(value.abs()));
+            *derivative = largest * pieces.powi(order as i32 + 1);
+        }
+        trace
+    }
 }
 
 impl ToolMotion {
@@ -83,9 +135,10 @@ impl ToolMotion {
         for segment in self.segments() {
             stops.clear();
             self.stops(segment, &mut stops);
+            let rapid = segment.kind == SegmentKind::Rapid;
+            let peak = Traverse::of(self.setup(), segment).filter(|_| rapid).map(|traverse| traverse.peak());
             for (index, axis) in axes.iter_mut().enumerate() {
-                let positions = stops.iter().filter_map(|stop| stop.get(index).copied());
-                axis.follow(segment, positions, &mut limits);
+                axis.follow(segment, peak, &Trace::of(&stops, index), &mut limits);
             }
         }
         let machine = self.setup().machine();
@@ -116,7 +169,8 @@ impl ToolMotion {
         let machine = self.setup().machine();
         let linear = |k: usize| {
             let axis = &machine.linear[k];
-            Axis::new(axis.letter, Some([axis.min, axis.max]), axis.speed, axis.acceleration)
+            let jerk = axis.jerk.unwrap_or(f64::INFINITY);
+            Axis::new(axis.letter, Some([axis.min, axis.max]), [axis.speed, axis.acceleration, jerk])
         };
         let rotary = |k: usize| {
             let axis = &machine.rotary[k];
@@ -124,65 +178,73 @@ impl ToolMotion {
                 Travel::Limited { min, max } => Some([min.to_degrees(), max.to_degrees()]),
                 Travel::Unlimited | Travel::Wrapped => None,
             };
-            Axis::new(axis.letter, range, axis.speed.to_degrees(), axis.acceleration.to_degrees())
+            let jerk = axis.jerk.unwrap_or(f64::INFINITY);
+            Axis::new(axis.letter, range, [axis.speed, axis.acceleration, jerk].map(f64::to_degrees))
         };
         [linear(0), linear(1), linear(2), rotary(0), rotary(1)]
     }
 }
 
 impl Axis {
-    fn new(letter: char, range: Option<[f64; 2]>, speed: f64, acceleration: f64) -> Self {
+    fn new(letter: char, range: Option<[f64; 2]>, [speed, acceleration, jerk]: [f64; 3]) -> Self {
         let (min, max) = (f64::INFINITY, f64::NEG_INFINITY);
         let statistics = AxisStatistics { letter, min, max, travel: 0.0, max_rate: 0.0, max_acceleration: 0.0 };
-        Self { range, speed, acceleration, statistics, before: None }
+        Self { range, speed, acceleration, jerk, statistics, before: Before::default() }
     }
 
-    fn follow(&mut self, segment: &Segment, positions: impl Iterator<Item = f64>, limits: &mut Vec<LimitViolation>) {
-        let (mut first, mut last) = (None, 0.0);
-        let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
-        let (mut pieces, mut busiest) = (0_u32, 0.0_f64);
-        for position in positions {
-            if first.is_some() {
-                let way = (position - last).abs();
-                self.statistics.travel += way;
-                (pieces, busiest) = (pieces + 1, busiest.max(way));
-            }
-            first = first.or(Some(position));
-            last = position;
-            (low, high) = (low.min(position), high.max(position));
-        }
-        self.statistics.min = self.statistics.min.min(low);
-        self.statistics.max = self.statistics.max.max(high);
+    /// Adds a segment; `peak` is the highest rate of the share on a rapid whose speed nobody else watches, 1/s.
+    fn follow(&mut self, segment: &Segment, peak: Option<f64>, trace: &Trace, limits: &mut Vec<LimitViolation>) {
+        let letter = self.statistics.letter;
         let mut pass = |kind, value: f64, limit: f64| {
-            limits.push(LimitViolation { line: segment.line, axis: self.statistics.letter, kind, value, limit });
+            limits.push(LimitViolation { line: segment.line, axis: letter, kind, value, limit });
         };
+        self.statistics.travel += trace.length;
+        self.statistics.min = self.statistics.min.min(trace.low);
+        self.statistics.max = self.statistics.max.max(trace.high);
         if let Some([min, max]) = self.range {
-            if low < min - ROUNDING {
-                pass(LimitKind::Travel, low, min);
+            if trace.low < min - ROUNDING {
+                pass(LimitKind::Travel, trace.low, min);
             }
-            if high > max + ROUNDING {
-                pass(LimitKind::Travel, high, max);
+            if trace.high > max + ROUNDING {
+                pass(LimitKind::Travel, trace.high, max);
             }
         }
-        if segment.kind == SegmentKind::Rapid {
-            self.before = None;
-            return;
-        }
-        let way = last - first.unwrap_or(last);
-        let rate = if way == 0.0 { 0.0 } else { way / segment.duration };
-        let fastest = if busiest == 0.0 { 0.0 } else { busiest * f64::from(pieces) / segment.duration };
-        if fastest > self.speed * (1.0 + ROUNDING) {
-            pass(LimitKind::Speed, fastest, self.speed);
-        }
-        if let Some((rate_before, duration_before)) = self.before {
-            let acceleration = 2.0 * (rate - rate_before).abs() / (segment.duration + duration_before);
-            if acceleration > self.acceleration * (1.0 + ROUNDING) {
-                pass(LimitKind::Acceleration, acceleration, self.acceleration);
+        let values = if segment.kind == SegmentKind::Rapid {
+            self.before = Before::default();
+            [peak.map_or(0.0, |peak| trace.derivatives[0] * peak), 0.0, 0.0]
+        } else {
+            let values = self.at_feed(segment.duration, trace);
+            self.statistics.max_rate = self.statistics.max_rate.max(values[0]);
+            self.statistics.max_acceleration = self.statistics.max_acceleration.max(values[1]);
+            values
+        };
+        let kinds = [LimitKind::Speed, LimitKind::Acceleration, LimitKind::Jerk];
+        let most = [self.speed, self.acceleration, self.jerk];
+        for (kind, (value, limit)) in kinds.into_iter().zip(values.into_iter().zip(most)) {
+            if value > limit * (1.0 + ROUNDING) {
+                pass(kind, value, limit);
             }
-            self.statistics.max_acceleration = self.statistics.max_acceleration.max(acceleration);
         }
-        self.statistics.max_rate = self.statistics.max_rate.max(fastest);
-        self.before = Some((rate, segment.duration));
+    }
+
+    /// Speed, acceleration and jerk of a feed block after those before it.
+    fn at_feed(&mut self, duration: f64, trace: &Trace) -> [f64; 3] {
+        let over = |difference: f64, time: f64| if difference == 0.0 { 0.0 } else { difference / time };
+        let rate = over(trace.travel, duration);
+        let before = self.before;
+        let acceleration = before.rate.map(|(last, time)| over(2.0 * (rate - last), duration + time));
+        let time_before = before.rate.map_or(0.0, |(_, time)| time);
+        let jerk = before
+            .acceleration
+            .zip(acceleration)
+            .map(|((last, earlier), now)| over(3.0 * (now - last), earlier + time_before + duration));
+        self.before = Before { rate: Some((rate, duration)), acceleration: acceleration.map(|now| (now, time_before)) };
+        let [speed, bend, twist] = trace.derivatives;
+        [
+            over(speed, duration),
+            acceleration.unwrap_or(0.0).abs().max(over(bend, duration.powi(2))),
+            jerk.unwrap_or(0.0).abs().max(over(twist, duration.powi(3))),
+        ]
     }
 
     fn finish(self) -> AxisStatistics {

@@ -60,6 +60,7 @@ fn tip_feed(path: &ToolPath, from: &Pose, to: &Pose, asked: Option<f64>) -> f64 
         FeedReference::Mid => way(flute / 2.0),
         FeedReference::Top => way(flute),
         FeedReference::Fastest => tip.max(way(flute)),
+        FeedReference::Mean => (tip + 4.0 * way(flute / 2.0) + way(flute)) / 6.0,
     };
     let seconds = asked.filter(|seconds| *seconds > 0.0).unwrap_or(60.0 * reference / path.cut_feed);
     if tip > 1e-9 && seconds > 0.0 { 60.0 * tip / seconds } else { path.cut_feed }
