@@ -64,14 +64,12 @@ mod tests {
         #[test]
         fn no_program_passes_a_limit(
             poses in poses(), split in 0.0..1.0, machine in prop::sample::select(MACHINES.to_vec()), tcp: bool, per_minute: bool,
-            watchful: bool,
             feed in prop::sample::select(vec![300.0, 3000.0, 30_000.0]),
             jerk in prop::option::of(prop::sample::select(vec![10.0, 100.0])),
         ) {
             let mut machine = Machine::named(machine).unwrap();
             let options = &machine.control.options;
             machine.control.tcp = tcp || (options.tcp_at_start && options.tcp_off.is_none());
-            machine.control.options.tcp_limits_axes = watchful;
             if per_minute {
                 machine.control.options.feed_mode = FeedMode::PerMinute;
             }

@@ -129,7 +129,7 @@ impl Rig {
         command.arg(format!("--tool={}", self.tool)).arg(format!("--length={}", self.tool_length));
         command.arg(format!("--system={}", self.system)).arg("--offset").args(self.offset.map(|v| v.to_string()));
         command.arg(format!("--m428-type={}", self.m428_selects));
-        command.arg("--geometry").args(self.geometry.iter().map(|(name, value)| format!("{name}={value}")));
+        command.args(self.geometry.iter().map(|(name, value)| format!("--geometry={name}={value}")));
         if self.identity_first {
             command.arg("--identity-first");
         }

@@ -45,7 +45,7 @@ def arguments():
     parser.add_argument("--length", type=float, default=100.0, help="tool length, mm")
     parser.add_argument("--system", type=int, default=1, help="coordinate system that has the offset: 1 is G54")
     parser.add_argument("--offset", type=float, nargs=3, default=[0.0, 0.0, 0.0], help="work offset, mm")
-    parser.add_argument("--geometry", nargs="*", default=[], metavar="NAME=VALUE", help="mm: pivot, or a module's pin")
+    parser.add_argument("--geometry", action="append", default=[], metavar="NAME=VALUE", help="mm: pivot, or a module's pin")
     parser.add_argument("--identity-first", action="store_true", help="kinematics 0 is identity, 1 is TCP")
     parser.add_argument("--m428-type", type=int, choices=[0, 1], default=0, help="kinematics that M428 selects")
     parser.add_argument("--speed", type=float, default=10.0, help="controller seconds in a second")
