@@ -16,7 +16,7 @@
 //! ```
 //! use regulus::job::Job;
 //! use regulus::machine::Machine;
-//! use regulus::pipeline::{InputFile, Inputs, PartFiles, judge, plan, post_job};
+//! use regulus::pipeline::{InputFile, Inputs, Judging, PartFiles, judge, plan, post_job};
 //! use regulus::verify::Verdict;
 //!
 //! // A patch of 40 mm x 10 mm, twisted a little; its normal, Su x Sv, points to the tool.
@@ -57,7 +57,7 @@
 //!
 //! // From here on only the text counts.
 //! let text = InputFile { name: "program.ngc", bytes: program.as_bytes() };
-//! let judged = judge(&inputs, text, Some(&planned.path), false)?;
+//! let judged = judge(&inputs, text, Some(&planned.path), &Judging::default())?;
 //! assert_eq!(judged.verified.record.verdict, Verdict::Pass);
 //! assert!(judged.verified.record.deviation.overcut_max_mm <= 0.01);
 //! # Ok::<(), Vec<regulus::diagnostic::Diagnostic>>(())

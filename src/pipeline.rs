@@ -26,4 +26,4 @@ pub use inspect_path::{OperationSummary, PathSummary, inspect_path};
 pub use pace::{Load, Pace, Passage, SlowBlock};
 pub use page::page;
 pub use retarget::{Recovered, RetargetGoal, RetargetRequest, Retargeted, recover, retarget};
-pub use stages::{Judged, PostRequest, Posted, judge, plan, plan_observed, post, post_job};
+pub use stages::{Judged, Judging, PostRequest, Posted, judge, plan, plan_observed, post, post_job};

@@ -8,7 +8,7 @@ mod foreign;
 use regulus::job::Job;
 use regulus::machine::{Dialect, DialectOptions, FeedMode, LengthUnit, Machine, OrientationWords, builtin};
 use regulus::motion::ToolPath;
-use regulus::pipeline::{InputFile, Inputs, Judged, PartFiles, judge, plan, post_job};
+use regulus::pipeline::{InputFile, Inputs, Judged, Judging, PartFiles, judge, plan, post_job};
 use regulus::verify::{DeviationRecord, Verdict};
 use std::sync::OnceLock;
 
@@ -68,7 +68,7 @@ fn path() -> &'static ToolPath {
 fn posted_and_judged(inputs: &Inputs) -> (String, Judged) {
     let text = post_job(inputs, path()).unwrap().text;
     let file = InputFile { name: "program.nc", bytes: text.as_bytes() };
-    let judged = judge(inputs, file, Some(path()), false).unwrap_or_else(|complaints| {
+    let judged = judge(inputs, file, Some(path()), &Judging::default()).unwrap_or_else(|complaints| {
         let complaints: Vec<_> = complaints.iter().map(ToString::to_string).collect();
         panic!("{}\n{text}", complaints.join("\n"))
     });

@@ -32,7 +32,7 @@ pub(super) fn run(arguments: &Arguments, terminal: &mut Terminal) -> Result<Outc
     let program = format!("program.{}", posted.extension);
     terminal.progress("verifying");
     let file = InputFile { name: &program, bytes: posted.text.as_bytes() };
-    let judged = pipeline::judge(&inputs, file, Some(&plan.path), false)?;
+    let judged = pipeline::judge(&inputs, file, Some(&plan.path), &pipeline::Judging::default())?;
     terminal.progress("reporting");
     let page = pipeline::page(&inputs, Some(&plan), &judged, &posted.text)?;
     let record = &judged.verified.record;

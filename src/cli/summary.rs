@@ -146,6 +146,12 @@ pub(super) fn of_verdict(record: &Verification) -> String {
         "overcut     {:.5} mm, allowed {}\nundercut    {:.5} mm, allowed {}\n",
         deviation.overcut_max_mm, deviation.tolerance.overcut, deviation.undercut_max_mm, deviation.tolerance.undercut
     );
+    let bounds = [deviation.overcut_bound_mm, deviation.undercut_bound_mm];
+    if bounds.iter().any(Option::is_some) {
+        let shown = |bound: f64| format!("{bound:.5} mm");
+        let [over, under] = bounds.map(|bound| bound.map_or("not shown".to_owned(), shown));
+        let _ = writeln!(text, "proved      overcut at most {over}, undercut at most {under}");
+    }
     let _ = writeln!(
         text,
         "area        {:.2} % within tolerance, {:.2} % reached by no pass, {} samples",

@@ -4,7 +4,7 @@ use super::files::{Outputs, read_bytes, read_text};
 use super::inputs::job_inputs;
 use super::{Outcome, Refusal, Terminal, summary};
 use crate::job::read_tool;
-use crate::pipeline::{InputFile, judge, to_json};
+use crate::pipeline::{InputFile, Judging, judge, to_json};
 use clap::Args;
 use std::path::PathBuf;
 
@@ -27,6 +27,9 @@ pub(super) struct Arguments {
     /// Judge the program although some of its text is not known
     #[arg(long)]
     despite_unknown: bool,
+    /// Prove upper bounds of overcut and undercut between the samples, too; takes several times as long
+    #[arg(long)]
+    bounds: bool,
 }
 
 pub(super) fn run(arguments: &Arguments, terminal: &mut Terminal) -> Result<Outcome, Refusal> {
@@ -37,7 +40,8 @@ pub(super) fn run(arguments: &Arguments, terminal: &mut Terminal) -> Result<Outc
     }
     terminal.progress("verifying");
     let name = arguments.program.display().to_string();
-    let judged = judge(&inputs, InputFile { name: &name, bytes: &bytes }, None, arguments.despite_unknown)?;
+    let how = Judging { despite_unknown_text: arguments.despite_unknown, bounds: arguments.bounds };
+    let judged = judge(&inputs, InputFile { name: &name, bytes: &bytes }, None, &how)?;
     let record = &judged.verified.record;
     if let Some(path) = &arguments.json {
         let mut outputs = Outputs::default();

@@ -1,5 +1,6 @@
 //! The design surface and how to read it. May use: diagnostic, geometry.
 
+mod cell;
 mod design_surface;
 mod facing;
 mod fit;
@@ -8,6 +9,7 @@ mod oriented_spline;
 mod read;
 mod sample;
 
+pub use cell::{Cell, Cells};
 pub use design_surface::{DesignSurface, SplineForm};
 pub use facing::Facing;
 pub use oriented_spline::{IrregularSurface, OrientedSpline};

@@ -58,6 +58,18 @@ pub struct Judged {
     pub verified: Verified,
 }
 
+/// How a program is to be judged.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Judging {
+    /// Although the control may do something else with text that is not known.
+    pub despite_unknown_text: bool,
+    /// With upper bounds of overcut and undercut that hold between the samples, too.
+    pub bounds: bool,
+}
+
+/// Guaranteed bounds are brought this near the sampled extremes where they can be, mm.
+const BOUND_RESOLUTION: f64 = 1e-3;
+
 /// Plans the tool path of a job, and finds the tool where the job leaves that open: then the plan holds it.
 pub fn plan(inputs: &Inputs) -> Result<Plan> {
     plan_observed(inputs, &plan::Unobserved)
@@ -155,12 +167,12 @@ pub fn post_job(inputs: &Inputs, path: &ToolPath) -> Result<Posted> {
 }
 
 /// Follows a program's text and measures what it leaves of the job's part. `path` is the tool path that it was posted
-/// from, where there is one. Text whose effect is not known refuses the verdict, unless `despite_unknown_text`.
+/// from, where there is one. Text whose effect is not known refuses the verdict, unless `how` says otherwise.
 pub fn judge(
     inputs: &Inputs,
     program: InputFile<'_>,
     path: Option<&ToolPath>,
-    despite_unknown_text: bool,
+    how: &Judging,
 ) -> Result<Judged, Vec<Diagnostic>> {
     let job = &inputs.job;
     let refuse = |e: Box<Diagnostic>| vec![*e];
@@ -168,7 +180,7 @@ pub fn judge(
     let setup = Setup::new(&inputs.machine, &job.machine.work_offset, tool.gauge_length()).map_err(refuse)?;
     let read = nc::read(program.bytes, &Rules::of(&inputs.machine));
     let motion = simulate(&read, &setup, Some(tool.number));
-    if motion.findings().any_error() && !despite_unknown_text {
+    if motion.findings().any_error() && !how.despite_unknown_text {
         return Err(doubts(&motion, program));
     }
     let subject = Subject {
@@ -178,7 +190,8 @@ pub fn judge(
         tolerance: ToleranceRecord { overcut: job.part.overcut_tolerance, undercut: job.part.undercut_tolerance },
         path,
     };
-    let settings = Settings { despite_unknown_text, ..Settings::default() };
+    let bound = how.bounds.then_some(BOUND_RESOLUTION);
+    let settings = Settings { despite_unknown_text: how.despite_unknown_text, bound, ..Settings::default() };
     let verified = verify(&subject, &settings);
     Ok(Judged { motion, verified })
 }

@@ -196,6 +196,18 @@ impl Piece {
 }
 
 impl Piece {
+    /// Distance of a point inside a convex piece from its surface; `None` outside, and in hollow pieces.
+    pub(super) fn depth(&self, height: f64, rho: f64) -> Option<f64> {
+        let (low, high) = (self.low()?, self.high()?);
+        let own = self.spans.iter().find(|s| (s.low..=s.high).contains(&height))?;
+        if self.clear_radius.is_finite() || rho > own.radius_at(height) {
+            return None;
+        }
+        let discs = (height - low.low).min(high.high - height);
+        let to = |(h, r): (f64, f64)| (h - height).hypot(r - rho);
+        Some(self.spans.iter().map(|span| to(span.nearest(height, rho))).fold(discs, f64::min))
+    }
+
     /// Height and radius of the point that lies farthest along a direction with a radial part of 0 or more; of a hollow
     /// piece, of its hull.
     pub(super) fn support(&self, axial: f64, radial: f64) -> (f64, f64) {

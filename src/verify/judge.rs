@@ -1,6 +1,7 @@
 //! From motion, part and tool to the verdict. Uses everything in this module, `part`, `tool`, `motion` and `simulate`.
 
 use super::body::Body;
+use super::bound::{Bounds, Region};
 use super::contacts::{Contact, Contacts, ToolBody};
 use super::crossings::{Allowed, crossings};
 use super::deviation::{Fineness, PartDeviation, measure};
@@ -47,6 +48,9 @@ pub struct Settings {
     pub refinement: f64,
     /// Touch of shank, holder, check surfaces and rapids that is no collision, mm.
     pub contact: f64,
+    /// Guaranteed bounds are brought this near the sampled extremes, mm, where they can be; none are computed when left
+    /// out.
+    pub bound: Option<f64>,
     /// Distance from the region's edge within which nothing is claimed, mm.
     pub border: f64,
     /// Gives a verdict although the program holds text whose effect is not known.
@@ -61,6 +65,7 @@ impl Default for Settings {
             spacing: None,
             refinement: 1e-4,
             contact: 1e-3,
+            bound: None,
             border: 0.01,
             despite_unknown_text: false,
         }
@@ -94,6 +99,8 @@ pub fn verify(subject: &Subject<'_>, settings: &Settings) -> Verified {
     let sweep = timeline.sweep(&flutes, settings.window, settings.resolution);
     let fineness = Fineness { spacing, change: settings.refinement, border: settings.border };
     let part = measure(&subject.part.surface, &sweep, settings.window, &fineness);
+    let region = Region { surface: &subject.part.surface, sweep: &sweep, part: &part, runs: &runs };
+    let bounds = settings.bound.map(|resolution| region.bounds(resolution));
     let seams = seams(&subject.part.surface, &sweep, &part, &runs);
 
     let mut contacts = Contacts::default();
@@ -116,7 +123,7 @@ pub fn verify(subject: &Subject<'_>, settings: &Settings) -> Verified {
         version: 1,
         verdict: Verdict::Pass,
         reasons: Vec::new(),
-        deviation: deviation_record(&part, subject.tolerance, settings.window),
+        deviation: deviation_record(&part, subject.tolerance, settings.window, bounds),
         strips: StripsRecord {
             count: seams.strips,
             kink_max_deg: seams.kink_max_deg,
@@ -137,7 +144,12 @@ pub fn verify(subject: &Subject<'_>, settings: &Settings) -> Verified {
     Verified { record, part, runs }
 }
 
-fn deviation_record(part: &PartDeviation, tolerance: ToleranceRecord, window: Window) -> DeviationRecord {
+fn deviation_record(
+    part: &PartDeviation,
+    tolerance: ToleranceRecord,
+    window: Window,
+    bounds: Option<Bounds>,
+) -> DeviationRecord {
     let overcut = part.worst_overcut.and_then(|m| m.deviation()).map_or(0.0, |d| -d);
     let undercut = part.worst_undercut.map_or(0.0, |m| m.deviation().unwrap_or(window.outward));
     let allowed = -tolerance.overcut - ROUNDING..=tolerance.undercut + ROUNDING;
@@ -147,8 +159,8 @@ fn deviation_record(part: &PartDeviation, tolerance: ToleranceRecord, window: Wi
         within_tolerance_share: part.area_share(|s| s.deviation().is_some_and(|d| allowed.contains(&d))),
         tolerance,
         samples: part.measured,
-        overcut_bound_mm: None,
-        undercut_bound_mm: None,
+        overcut_bound_mm: bounds.and_then(|b| b.overcut),
+        undercut_bound_mm: bounds.and_then(|b| b.undercut),
         uncut_share: part.area_share(|s| s.touch.is_none()),
         window_mm: window.outward.min(window.inward),
         border_mm: part.border,

@@ -2,9 +2,11 @@
 //! collide, machine, nc (reading half), simulate.
 
 mod body;
+mod bound;
 mod contacts;
 mod crossings;
 mod deviation;
+mod fan;
 mod judge;
 mod measured;
 mod motion_tree;

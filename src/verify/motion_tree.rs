@@ -114,6 +114,12 @@ impl Linear {
         (self.pose.tip.coords + self.tip_rate * tau, self.pose.axis.into_inner() + self.axis_rate * tau)
     }
 
+    /// The pose half way, not moving.
+    pub(super) fn standing(&self) -> Self {
+        let (zero, none) = (Vector::zeros(), 0.0);
+        Self { pose: self.pose, tip_rate: zero, axis_rate: zero, turn: none, tip_error: none, top_error: none }
+    }
+
     /// Bound on the error of the axis point at `height`: the error is affine along the axis, its norm convex.
     pub(super) fn error_at(&self, height: f64, reference: f64) -> f64 {
         let share = height / reference;
@@ -248,6 +254,12 @@ impl MotionTree {
 impl Bounds {
     fn union(&self, other: &Self) -> Self {
         Self { low: self.low.inf(&other.low), high: self.high.sup(&other.high) }
+    }
+
+    /// The box with a margin on all sides.
+    pub(super) fn grown(&self, margin: f64) -> Self {
+        let margin = Vector::repeat(margin);
+        Self { low: self.low - margin, high: self.high + margin }
     }
 
     /// True where a box around the segment between two points misses this box.

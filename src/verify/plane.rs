@@ -2,6 +2,7 @@
 //! and the other files of this module.
 
 use super::body::{Nearest, Piece};
+use super::fan::Fan;
 use super::motion_tree::Linear;
 use super::ray::{LocalRay, NormalRay};
 use crate::geometry::{Direction, Vector};
@@ -78,7 +79,7 @@ impl Plane {
     }
 
     /// Lower bound, over the stretch and over the ray between two lambdas, of the distance of the ray from the plane
-    /// (from the tangent sphere for hollow pieces).
+    /// (from the tangent sphere for hollow pieces); with a fan, of all its rays, of which `ray` is the middle one.
     pub(super) fn lowest(
         &self,
         ray: &NormalRay,
@@ -86,6 +87,7 @@ impl Plane {
         piece: &Piece,
         ends: (f64, f64),
         reference: f64,
+        fan: Option<&Fan>,
     ) -> f64 {
         let axis = linear.pose.axis.into_inner();
         let centre = linear.pose.at_height(self.pivot).coords;
@@ -105,8 +107,12 @@ impl Plane {
             let mut value = self.normal.dot(&(point - self.foot))
                 - linear_part
                 - (centre_error + normal_error * arm + turn * travel);
+            let reach = fan.map_or(0.0, |fan| fan.reach(lambda));
+            if let Some(fan) = fan {
+                value -= fan.spread(&self.normal, lambda) + (turn + normal_error) * reach;
+            }
             if piece.clear_radius.is_finite() {
-                let away = (point - self.foot).norm() + travel + turn * arm;
+                let away = (point - self.foot).norm() + travel + turn * arm + reach;
                 value -= away * away / (2.0 * piece.clear_radius);
             }
             lowest = lowest.min(value);

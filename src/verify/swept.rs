@@ -16,6 +16,7 @@
 //! tangent sphere, which costs |y - s|^2 / 2a more.
 
 use super::body::{Body, Piece};
+use super::fan::Fan;
 use super::motion_tree::{BlockMotion, Bounds, Instant, Linear, MotionTree, Part, Stretch};
 use super::plane::{Plane, radial_direction};
 use super::ray::{Entry, LocalRay, NormalRay};
@@ -62,6 +63,15 @@ pub(super) struct Query {
     pub(super) end: usize,
     /// Only depths below this one count, mm.
     pub(super) limit: f64,
+}
+
+/// A stretch of time of which something is still to be shown.
+#[derive(Clone)]
+pub(super) enum OpenStretch {
+    /// A node of the motion's tree, by its index; the first is all of it.
+    Node(u32),
+    /// A part of one block.
+    Part(Box<Part>),
 }
 
 /// What one pose and its planes say of a stretch.
@@ -141,7 +151,7 @@ impl<'a, M: BlockMotion> SweptTool<'a, M> {
         if vague || stretch.block as usize >= query.end {
             return 0.0;
         }
-        match self.judge(ray, &stretch.linear, goal) {
+        match self.judge(ray, None, &stretch.linear, goal) {
             Verdict::Clear => f64::INFINITY,
             Verdict::Open(promise) => promise,
             Verdict::Deeper(entry) => {
@@ -153,7 +163,7 @@ impl<'a, M: BlockMotion> SweptTool<'a, M> {
 
     fn visit_part(&self, ray: &NormalRay, part: Part, query: &Query, best: &mut Option<Touch>, parts: &mut Vec<Part>) {
         let linear = &part.stretch.linear;
-        match self.judge(ray, linear, self.goal(query, best.as_ref())) {
+        match self.judge(ray, None, linear, self.goal(query, best.as_ref())) {
             Verdict::Clear => return,
             Verdict::Open(_) => {}
             Verdict::Deeper(entry) => {
@@ -182,11 +192,11 @@ impl<'a, M: BlockMotion> SweptTool<'a, M> {
     }
 
     /// Tests a stretch against the ray's part from the bottom of the window up to `goal`.
-    fn judge(&self, ray: &NormalRay, linear: &Linear, goal: f64) -> Verdict {
+    fn judge(&self, ray: &NormalRay, fan: Option<&Fan>, linear: &Linear, goal: f64) -> Verdict {
         let local = LocalRay::new(ray, &linear.pose);
         let mut promise = f64::INFINITY;
         for piece in &self.body.pieces {
-            match self.judge_piece(ray, &local, linear, piece, goal) {
+            match self.judge_piece((ray, fan), &local, linear, piece, goal) {
                 Verdict::Clear => {}
                 Verdict::Open(value) => promise = promise.min(value),
                 Verdict::Deeper(entry) => {
@@ -199,7 +209,14 @@ impl<'a, M: BlockMotion> SweptTool<'a, M> {
         if promise < f64::INFINITY { Verdict::Open(promise) } else { Verdict::Clear }
     }
 
-    fn judge_piece(&self, ray: &NormalRay, local: &LocalRay, linear: &Linear, piece: &Piece, goal: f64) -> Verdict {
+    fn judge_piece(
+        &self,
+        (ray, fan): (&NormalRay, Option<&Fan>),
+        local: &LocalRay,
+        linear: &Linear,
+        piece: &Piece,
+        goal: f64,
+    ) -> Verdict {
         let bottom = -self.window.inward;
         // The distance from a convex piece is convex along the ray: walk to where it is smallest, or until a plane
         // separates. The upper end is nearly always that place. Between two planes, one leaning each way along the
@@ -215,7 +232,7 @@ impl<'a, M: BlockMotion> SweptTool<'a, M> {
                 };
             };
             let plane = Plane::new(ray, local, linear, lambda, &nearest);
-            let value = plane.lowest(ray, linear, piece, (bottom, goal), self.tree.reference);
+            let value = plane.lowest(ray, linear, piece, (bottom, goal), self.tree.reference, fan);
             if value > -self.slack() {
                 return Verdict::Clear;
             }
@@ -235,7 +252,7 @@ impl<'a, M: BlockMotion> SweptTool<'a, M> {
                 (None, Some(_)) => lambda = bottom,
                 (Some(falling), Some(rising)) => {
                     let Some(parallel) = Plane::parallel(falling, rising, ray, linear, piece) else { continue };
-                    if parallel.lowest(ray, linear, piece, (bottom, goal), self.tree.reference) > -self.slack() {
+                    if parallel.lowest(ray, linear, piece, (bottom, goal), self.tree.reference, fan) > -self.slack() {
                         return Verdict::Clear;
                     }
                     if parallel.separates(ray, (bottom, goal)) {
@@ -252,8 +269,71 @@ impl<'a, M: BlockMotion> SweptTool<'a, M> {
         Verdict::Open(promise)
     }
 
+    /// Goes on showing, stretch by stretch, that no pose reaches any ray of a fan below `goal`. Returns the stretches that
+    /// only a narrower fan can settle.
+    pub(super) fn not_clear_of(&self, fan: &Fan, goal: f64, open: Vec<OpenStretch>) -> Vec<OpenStretch> {
+        let at = |lambda: f64| fan.ray.origin.coords + fan.ray.normal.into_inner() * lambda;
+        let (bottom, margin) = (-self.window.inward, fan.reach(self.window.inward));
+        let clear = |linear: &Linear| matches!(self.judge(&fan.ray, Some(fan), linear, goal), Verdict::Clear);
+        let mut stuck = Vec::new();
+        let mut stack = open;
+        while let Some(one) = stack.pop() {
+            match one {
+                OpenStretch::Node(index) => {
+                    let Some(node) = self.tree.nodes.get(index as usize) else { continue };
+                    let linear = &node.stretch.linear;
+                    let vague = linear.tip_error + linear.top_error > self.body.radius;
+                    let missed = self.boxes[index as usize].grown(margin).misses(&at(bottom), &at(goal));
+                    if missed || (!vague && clear(linear)) {
+                        continue;
+                    }
+                    match node.right {
+                        0 => stack.push(OpenStretch::Part(Box::new(Part::of(
+                            self.motion,
+                            &node.stretch,
+                            self.tree.reference,
+                        )))),
+                        right => stack.extend([OpenStretch::Node(right), OpenStretch::Node(index + 1)]),
+                    }
+                }
+                OpenStretch::Part(part) => {
+                    if clear(&part.stretch.linear) {
+                        continue;
+                    }
+                    // Where the tool standing still is not clear of the fan, less motion does not help.
+                    let halves =
+                        clear(&part.stretch.linear.standing()).then(|| part.halves(self.motion, self.tree.reference));
+                    match halves.flatten() {
+                        Some(halves) => stack.extend(halves.map(|half| OpenStretch::Part(Box::new(half)))),
+                        None => stuck.push(OpenStretch::Part(part)),
+                    }
+                }
+            }
+        }
+        stuck
+    }
+
+    /// True where one convex piece of the tool, at an instant, holds a point of each ray, none higher than `limit`, with
+    /// a ball of radius `margin` about it. Points just inside, half way and at the limit are tried: near the end of the
+    /// flutes the ray may soon leave the tool again.
+    pub(super) fn holds_all(&self, when: Instant, rays: &[NormalRay; 3], limit: f64, margin: f64) -> bool {
+        let pose = self.motion.pose(when.block, when.share);
+        let locals = rays.map(|ray| LocalRay::new(&ray, &pose));
+        let entries = locals.map(|local| self.body.entry(&local, -self.window.inward, limit).map(|e| e.lambda));
+        let [Some(a), Some(b), Some(c)] = entries else { return false };
+        [1.0, 0.4, 0.1].into_iter().any(|share| {
+            let lifts = [a, b, c].map(|entry| entry + share * (limit - entry));
+            self.body.pieces.iter().any(|piece| {
+                locals.iter().zip(lifts).all(|(local, lift)| {
+                    let depth = piece.depth(local.height(lift), local.radius(lift));
+                    depth.is_some_and(|depth| depth >= margin)
+                })
+            })
+        })
+    }
+
     /// A body that enters the ray by no more than this, square to its surface, counts as clear, mm.
-    fn slack(&self) -> f64 {
+    pub(super) fn slack(&self) -> f64 {
         0.1 * self.resolution
     }
 

@@ -5,7 +5,7 @@ use regulus::job::Job;
 use regulus::machine::{DialectOptions, Machine, Setup, builtin};
 use regulus::motion::ToolPath;
 use regulus::nc::{Program, Rules, read};
-use regulus::pipeline::{InputFile, Inputs, PartFiles, judge, plan, post_job};
+use regulus::pipeline::{InputFile, Inputs, Judging, PartFiles, judge, plan, post_job};
 use regulus::simulate::ToolMotion;
 use regulus::verify::{DeviationRecord, Settings, Subject, verify};
 use std::fs;
@@ -79,7 +79,7 @@ impl Emitted {
     fn from_path(inputs: Inputs, path: &ToolPath) -> Self {
         let text = post_job(&inputs, path).unwrap().text;
         let file = InputFile { name: "program.ngc", bytes: text.as_bytes() };
-        let judged = judge(&inputs, file, Some(path), false).unwrap();
+        let judged = judge(&inputs, file, Some(path), &Judging::default()).unwrap();
         let program = read(text.as_bytes(), &Rules::of(&inputs.machine));
         let deviation = judged.verified.record.deviation;
         Self { inputs, text, program, motion: judged.motion, deviation }

@@ -1,5 +1,6 @@
 //! Closed forms for the swept tool: each is independent of the method under test.
 
+mod bound;
 mod closed_forms;
 mod fixtures;
 mod program;

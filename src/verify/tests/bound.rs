@@ -1,0 +1,62 @@
+//! Guaranteed bounds: never below the truth, near it where sampling sees it, and above what sampling cannot see.
+
+use super::fixtures::*;
+use super::region::plane;
+use crate::part::DesignSurface;
+use crate::tool::Tool;
+use crate::verify::body::Body;
+use crate::verify::bound::{Bounds, Region};
+use crate::verify::deviation::{Fineness, measure};
+use crate::verify::strips::Runs;
+use crate::verify::sweep::Timeline;
+
+/// Bounds, and the sampled overcut and undercut; `change` is how much refinement between samples may overlook.
+fn bounds(tool: &Tool, motion: &Blocks, surface: &DesignSurface, change: f64) -> (Bounds, f64, f64) {
+    let timeline = Timeline::new(motion, tool.flute_length());
+    let body = Body::of(tool.flutes().iter());
+    let sweep = timeline.sweep(&body, WINDOW, 1e-6);
+    let part = measure(surface, &sweep, WINDOW, &Fineness { spacing: 1.0, change, border: 0.01 });
+    let runs = Runs::of(motion);
+    let found = Region { surface, sweep: &sweep, part: &part, runs: &runs }.bounds(1e-3);
+    let depth = |m: Option<crate::verify::MeasuredSample>| m.and_then(|m| m.deviation()).unwrap_or(0.0);
+    (found, -depth(part.worst_overcut), depth(part.worst_undercut))
+}
+
+/// Parallel passes along X, tip at z = 0, axis up.
+fn raster(pitch: f64, count: i32) -> Blocks {
+    let passes = (-count..=count).flat_map(|k| {
+        let (y, side) = (f64::from(k) * pitch, if k % 2 == 0 { -8.0 } else { 8.0 });
+        [pose([side, y, 0.0], [0.0, 0.0, 1.0]), pose([-side, y, 0.0], [0.0, 0.0, 1.0])]
+    });
+    Blocks::through(&passes.collect::<Vec<_>>())
+}
+
+#[test]
+fn bounds_of_scallops_are_near_their_height() {
+    let pitch = 1.3;
+    let (found, _, undercut) = bounds(&ball(8.0), &raster(pitch, 4), &plane([-5.0, 5.0], [-4.0, 4.0]), 1e-4);
+    let scallop = 4.0 - f64::sqrt(16.0 - pitch * pitch / 4.0);
+    let bound = found.undercut.unwrap();
+    assert!(bound >= scallop && bound <= undercut + 1e-3, "{bound} {scallop}");
+    assert!(found.overcut.is_some_and(|b| b <= 1e-3), "{found:?}");
+}
+
+#[test]
+fn a_defect_that_sampling_misses_is_within_the_bound() {
+    let mut motion = raster(0.25, 20);
+    let at = |z: f64| pose([0.37, 0.41, z], [0.0, 0.0, 1.0]);
+    let plunge = Blocks::through(&[at(5.0), at(-0.05), at(5.0)]);
+    motion.blocks.extend(plunge.blocks);
+    motion.rapid.extend(plunge.rapid);
+    // Refinement that overlooks everything leaves the samples alone, none of which lies in the dent of 0.5 mm.
+    let (found, overcut, _) = bounds(&ball(1.2), &motion, &plane([-5.0, 5.0], [-4.0, 4.0]), f64::INFINITY);
+    assert!(overcut < 0.01, "{overcut}");
+    let bound = found.overcut.unwrap();
+    assert!((0.05..0.2).contains(&bound), "{bound}");
+}
+
+#[test]
+fn what_no_pass_reaches_has_no_bound() {
+    let (found, ..) = bounds(&ball(8.0), &raster(1.0, 2), &plane([-5.0, 5.0], [-4.0, 24.0]), 1e-4);
+    assert_eq!(found.undercut, None);
+}
