@@ -38,7 +38,7 @@ pub(super) fn tool_files(outputs: &mut Outputs, inputs: &Inputs, tool: &Tool, st
 pub(super) struct Arguments {
     /// The job: part, tolerance, strategy and feed; its own tool is not looked at
     job: PathBuf,
-    /// The cutters to choose from: format "regulus-catalogue", one [[tool]] each with the keys of a job's [tool]
+    /// The cutters to choose from: format "regulus-catalogue", one `[[tool]]` each with the keys of a job's `[tool]`
     #[arg(long, value_name = "C.toml")]
     catalogue: PathBuf,
     /// Write the figures here
