@@ -145,8 +145,3 @@ impl Schedule {
         self.moves.iter().map(|step| step.duration).sum()
     }
 }
-
-/// Times every move of a path, see [`Schedule::new`].
-pub fn durations(path: &ToolPath, setup: &Setup, tcp: bool, moves: &[AxisMove]) -> Vec<TimedMove> {
-    Schedule::new(path, setup, tcp, moves).moves
-}

@@ -9,7 +9,7 @@ use crate::motion::{FeedReference, PassMotion, Pose};
 
 fn timed(path: &ToolPath, setup: &Setup, tcp: bool) -> Vec<TimedMove> {
     let solved = solve(path, setup, tcp);
-    durations(path, setup, tcp, &solved.moves)
+    Schedule::new(path, setup, tcp, &solved.moves).moves().to_vec()
 }
 
 fn seconds(moves: &[TimedMove]) -> Vec<Option<f64>> {
@@ -86,7 +86,7 @@ fn rapid_runs_from_rest_to_rest() {
             pass: 0,
             asked: None,
         });
-        let moves = durations(&path, &setup, true, &moves);
+        let moves = Schedule::new(&path, &setup, true, &moves).moves().to_vec();
         assert!((moves[1].duration - time).abs() < 1e-9, "{}", moves[1].duration);
     }
 }

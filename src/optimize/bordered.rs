@@ -1,7 +1,8 @@
-//! Levenberg-Marquardt for banded problems with a few unknowns that every residual may touch: an arrow-shaped normal
+//! Least squares of banded problems with a few unknowns that every residual may touch: an arrow-shaped normal
 //! matrix, solved by the Schur complement of its band.
 
-use super::levenberg_marquardt::{NormalEquations, Outcome, Settings};
+use super::descent::{Equations, Outcome, Settings, descend, floor};
+use super::levenberg_marquardt::NormalEquations;
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 /// Sums of squares of a banded problem with a border.
@@ -24,11 +25,6 @@ impl BorderedEquations {
             corner: DMatrix::zeros(shared, shared),
             corner_gradient: DVector::zeros(shared),
         }
-    }
-
-    /// Half the weighted sum of squares gathered so far.
-    pub fn cost(&self) -> f64 {
-        self.band.cost
     }
 
     /// Adds one residual: its gradient by a run of banded unknowns from `first` on, and by all shared ones. Either may
@@ -55,6 +51,18 @@ impl BorderedEquations {
         self.step(0.0)
     }
 
+    /// Half the weighted sum of squares gathered so far, and its derivatives by all unknowns, shared ones last.
+    pub fn cost_and_gradient(&self) -> (f64, Vec<f64>) {
+        let gradient = self.band.gradient.iter().chain(self.corner_gradient.iter());
+        (self.band.cost, gradient.copied().collect())
+    }
+}
+
+impl Equations for BorderedEquations {
+    fn cost(&self) -> f64 {
+        self.band.cost
+    }
+
     fn diagonal(&self, i: usize) -> f64 {
         let banded = self.band.gradient.len();
         if i < banded { self.band.matrix.diagonal(i) } else { self.corner[(i - banded, i - banded)] }
@@ -65,7 +73,6 @@ impl BorderedEquations {
         if i < banded { self.band.gradient[i] } else { self.corner_gradient[i - banded] }
     }
 
-    /// The step that solves the equations with `damping` times the diagonal added; banded unknowns first.
     fn step(&self, damping: f64) -> Option<Vec<f64>> {
         let (n, q) = (self.band.gradient.len(), self.border.len());
         let mut band = self.band.matrix.clone();
@@ -106,10 +113,6 @@ impl BorderedEquations {
     }
 }
 
-fn floor(diagonal: f64) -> f64 {
-    diagonal.max(1e-12)
-}
-
 /// A sum of weighted squares of residuals; unknowns are the banded ones, then the shared ones.
 pub trait BorderedLeastSquares {
     /// Number of banded unknowns.
@@ -122,52 +125,20 @@ pub trait BorderedLeastSquares {
     fn assemble(&mut self, x: &[f64], equations: &mut BorderedEquations) -> Option<()>;
 }
 
-/// Lowers the sum of squares from `x`, in place. `None` when the problem is not defined at the start.
-pub fn minimize_bordered(
-    problem: &mut impl BorderedLeastSquares,
+/// Lowers the sum of squares from `x`, in place; `watch` sees the problem after each step taken and says whether to go
+/// on. A shared unknown that no residual touches stays where it is. `None` when the problem is not defined at the start.
+pub fn minimize_bordered<P: BorderedLeastSquares>(
+    problem: &mut P,
     x: &mut Vec<f64>,
     settings: &Settings,
+    watch: impl FnMut(&P, usize) -> bool,
 ) -> Option<Outcome> {
-    let (n, w, q) = (problem.unknowns(), problem.half_bandwidth(), problem.shared());
-    let mut here = BorderedEquations::new(n, w, q);
-    problem.assemble(x, &mut here)?;
-    let mut damping = settings.damping;
-    let mut growth = 2.0;
-    let mut small_steps = 0;
-    for steps in 1..=settings.max_steps {
-        let trial = here.step(damping).and_then(|step| {
-            let moved: Vec<f64> = x.iter().zip(&step).map(|(x, s)| x + s).collect();
-            let mut there = BorderedEquations::new(n, w, q);
-            problem.assemble(&moved, &mut there)?;
-            (there.cost().is_finite() && there.cost() <= here.cost()).then_some((step, moved, there))
-        });
-        let Some((step, moved, there)) = trial else {
-            damping *= growth;
-            growth *= 2.0;
-            if damping > 1e12 {
-                return Some(Outcome { cost: here.cost(), steps, converged: true });
-            }
-            continue;
-        };
-        // Gain ratio: what the step won over what the quadratic model promised.
-        let promised: f64 = step
-            .iter()
-            .enumerate()
-            .map(|(i, s)| 0.5 * s * (damping * floor(here.diagonal(i)) * s - here.gradient(i)))
-            .sum();
-        let won = here.cost() - there.cost();
-        let gain = if promised > 0.0 { won / promised } else { 1.0 };
-        damping = (damping * (1.0 - (2.0 * gain - 1.0).powi(3)).max(1.0 / 3.0)).max(1e-15);
-        growth = 2.0;
-        let small = won <= settings.cost_share * here.cost();
-        *x = moved;
-        here = there;
-        small_steps = if small { small_steps + 1 } else { 0 };
-        if small_steps >= 2 || here.cost() == 0.0 {
-            return Some(Outcome { cost: here.cost(), steps, converged: true });
-        }
-    }
-    Some(Outcome { cost: here.cost(), steps: settings.max_steps, converged: false })
+    let assemble = |problem: &mut P, x: &[f64]| {
+        let mut equations = BorderedEquations::new(problem.unknowns(), problem.half_bandwidth(), problem.shared());
+        problem.assemble(x, &mut equations)?;
+        Some(equations)
+    };
+    descend(problem, assemble, x, settings, watch)
 }
 
 #[cfg(test)]
@@ -209,9 +180,41 @@ mod tests {
         let values: Vec<f64> = (0..30).map(|i| f64::from(i) / 30.0).map(|s| 3.0 * s - 2.0 * s * s).collect();
         let mut problem = Parabola { values };
         let mut x = vec![0.5; 32];
-        let outcome = minimize_bordered(&mut problem, &mut x, &Settings::default()).unwrap();
+        let outcome = minimize_bordered(&mut problem, &mut x, &Settings::default(), |_, _| true).unwrap();
         assert!(outcome.converged && outcome.cost < 1e-16, "{outcome:?}");
         assert!((x[30] - 3.0).abs() < 1e-6 && (x[31] + 2.0).abs() < 1e-6, "{:?}", &x[30..]);
+    }
+
+    #[test]
+    fn untouched_shared_unknowns_stay_and_whoever_watches_can_end_it() {
+        struct Line;
+        impl BorderedLeastSquares for Line {
+            fn unknowns(&self) -> usize {
+                6
+            }
+            fn half_bandwidth(&self) -> usize {
+                1
+            }
+            fn shared(&self) -> usize {
+                2
+            }
+            fn assemble(&mut self, x: &[f64], equations: &mut BorderedEquations) -> Option<()> {
+                for i in 0..6 {
+                    let s = i as f64;
+                    // Each unknown is r s, and measured as 2 + 3 s.
+                    equations.add(i, &[1.0], &[0.0, -s], x[i] - x[7] * s, 1.0);
+                    equations.add(i, &[1.0], &[], x[i] - 2.0 - 3.0 * s, 1.0);
+                }
+                Some(())
+            }
+        }
+        let mut x = vec![0.0; 8];
+        x[6] = 0.7;
+        minimize_bordered(&mut Line, &mut x, &Settings::default(), |_, _| true).unwrap();
+        // Least squares of 2 + 3 s by r s alone: r = 3 + 2 sum(s) / sum(s^2).
+        assert!(x[6] == 0.7 && (x[7] - (3.0 + 2.0 * 15.0 / 55.0)).abs() < 1e-6, "{x:?}");
+        let outcome = minimize_bordered(&mut Line, &mut vec![0.0; 8], &Settings::default(), |_, _| false);
+        assert_eq!(outcome.map(|o| (o.steps, o.converged)), Some((1, false)));
     }
 
     #[test]
@@ -231,6 +234,6 @@ mod tests {
                 None
             }
         }
-        assert!(minimize_bordered(&mut Nowhere, &mut vec![0.0], &Settings::default()).is_none());
+        assert!(minimize_bordered(&mut Nowhere, &mut vec![0.0], &Settings::default(), |_, _| true).is_none());
     }
 }

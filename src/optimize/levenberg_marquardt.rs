@@ -1,7 +1,7 @@
-//! Levenberg-Marquardt for banded problems. Source: Nielsen, Damping parameter in Marquardt's method (1999), for the
-//! damping update.
+//! Least squares of banded problems.
 
 use super::BandedMatrix;
+use super::descent::{Equations, Outcome, Settings, descend, floor};
 
 /// Sums of squares, gathered row by row.
 #[derive(Clone, Debug)]
@@ -40,86 +40,38 @@ pub trait LeastSquares {
     fn assemble(&mut self, x: &[f64], equations: &mut NormalEquations) -> Option<()>;
 }
 
-/// When to stop.
-#[derive(Clone, Copy, Debug)]
-pub struct Settings {
-    /// Most steps tried.
-    pub max_steps: usize,
-    /// Stop when a step lowers the cost by less than this share of it.
-    pub cost_share: f64,
-    /// Damping at the start, as a share of the diagonal.
-    pub damping: f64,
-}
-
-impl Default for Settings {
-    fn default() -> Self {
-        Self { max_steps: 60, cost_share: 1e-9, damping: 1e-4 }
+impl Equations for NormalEquations {
+    fn cost(&self) -> f64 {
+        self.cost
     }
-}
 
-/// How a minimization ended.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Outcome {
-    /// Half the weighted sum of squares at the end.
-    pub cost: f64,
-    /// Steps tried.
-    pub steps: usize,
-    /// False when the step limit or numerical trouble ended it.
-    pub converged: bool,
+    fn diagonal(&self, i: usize) -> f64 {
+        self.matrix.diagonal(i)
+    }
+
+    fn gradient(&self, i: usize) -> f64 {
+        self.gradient[i]
+    }
+
+    fn step(&self, damping: f64) -> Option<Vec<f64>> {
+        let mut damped = self.matrix.clone();
+        for i in 0..self.gradient.len() {
+            damped.add_diagonal(i, damping * floor(self.matrix.diagonal(i)));
+        }
+        let mut step: Vec<f64> = self.gradient.iter().map(|g| -g).collect();
+        damped.factor()?.solve(&mut step);
+        Some(step)
+    }
 }
 
 /// Lowers the sum of squares from `x`, in place. `None` when the problem is not defined at the start.
-pub fn minimize(problem: &mut impl LeastSquares, x: &mut Vec<f64>, settings: &Settings) -> Option<Outcome> {
-    let (n, w) = (problem.unknowns(), problem.half_bandwidth());
-    let mut here = NormalEquations::new(n, w);
-    problem.assemble(x, &mut here)?;
-    let mut damping = settings.damping;
-    let mut growth = 2.0;
-    let mut small_steps = 0;
-    for steps in 1..=settings.max_steps {
-        let mut damped = here.matrix.clone();
-        for i in 0..n {
-            damped.add_diagonal(i, damping * here.matrix.diagonal(i).max(1e-12));
-        }
-        let step = damped.factor().map(|factor| {
-            let mut step: Vec<f64> = here.gradient.iter().map(|g| -g).collect();
-            factor.solve(&mut step);
-            step
-        });
-        let trial = step.as_ref().and_then(|step| {
-            let moved: Vec<f64> = x.iter().zip(step).map(|(x, s)| x + s).collect();
-            let mut there = NormalEquations::new(n, w);
-            problem.assemble(&moved, &mut there)?;
-            (there.cost.is_finite() && there.cost <= here.cost).then_some((moved, there))
-        });
-        let Some(((moved, there), step)) = trial.zip(step) else {
-            damping *= growth;
-            growth *= 2.0;
-            if damping > 1e12 {
-                return Some(Outcome { cost: here.cost, steps, converged: true });
-            }
-            continue;
-        };
-        // Gain ratio: what the step won over what the quadratic model promised.
-        let promised: f64 = step
-            .iter()
-            .enumerate()
-            .map(|(i, s)| 0.5 * s * (damping * here.matrix.diagonal(i).max(1e-12) * s - here.gradient[i]))
-            .sum();
-        let won = here.cost - there.cost;
-        let gain = if promised > 0.0 { won / promised } else { 1.0 };
-        damping *= (1.0 - (2.0 * gain - 1.0).powi(3)).max(1.0 / 3.0);
-        damping = damping.max(1e-15);
-        growth = 2.0;
-        let small = won <= settings.cost_share * here.cost;
-        *x = moved;
-        here = there;
-        small_steps = if small { small_steps + 1 } else { 0 };
-        if small_steps >= 2 || here.cost == 0.0 {
-            return Some(Outcome { cost: here.cost, steps, converged: true });
-        }
-    }
-    Some(Outcome { cost: here.cost, steps: settings.max_steps, converged: false })
+pub fn minimize<P: LeastSquares>(problem: &mut P, x: &mut Vec<f64>, settings: &Settings) -> Option<Outcome> {
+    let assemble = |problem: &mut P, x: &[f64]| {
+        let mut equations = NormalEquations::new(problem.unknowns(), problem.half_bandwidth());
+        problem.assemble(x, &mut equations)?;
+        Some(equations)
+    };
+    descend(problem, assemble, x, settings, |_, _| true)
 }
 
 #[cfg(test)]

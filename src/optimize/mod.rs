@@ -6,9 +6,11 @@
 
 pub mod banded;
 pub mod bordered;
+pub mod descent;
 pub mod levenberg_marquardt;
 pub mod minimax;
 
 pub use banded::BandedMatrix;
 pub use bordered::{BorderedEquations, BorderedLeastSquares, minimize_bordered};
-pub use levenberg_marquardt::{LeastSquares, NormalEquations, Outcome, Settings, minimize};
+pub use descent::{Outcome, Settings};
+pub use levenberg_marquardt::{LeastSquares, NormalEquations, minimize};

@@ -4,6 +4,7 @@
 //! pointing away from its centre, so it is clear by construction; the ways in and out are tested all along.
 
 use super::PlanRequest;
+use super::chart::Chart;
 use crate::collide::{Clearance, Leg, Move, Obstacle, Role, ToolSolid};
 use crate::diagnostic::{Diagnostic, Result};
 use crate::geometry::{Direction, Point, Vector};
@@ -84,6 +85,23 @@ pub(super) fn passes(
         clearance: 10.0,
     };
     link(motions, normals, tool, &obstacles, &sizes)
+}
+
+/// Joins motions over a chart of the part into passes, with the request's tool.
+pub(super) fn chart_passes(request: &PlanRequest<'_>, chart: &Chart<'_>, motions: &[RuledMotion]) -> Result<Vec<Pass>> {
+    let normal = |motion: &RuledMotion, t: f64| {
+        let middle = nalgebra::center(&motion.lower.point(t), &motion.upper.point(t));
+        chart.nearest(&middle).map(|foot| foot.frame.normal).ok_or_else(|| {
+            Diagnostic::error("the surface's extension has no normal where the tool leads in or out")
+                .help("give a shorter [strategy] lead")
+        })
+    };
+    let ends = |motion: &RuledMotion| {
+        let (start, end) = motion.domain();
+        Ok((normal(motion, start)?, normal(motion, end)?))
+    };
+    let normals = motions.iter().map(ends).collect::<Result<Vec<_>>>()?;
+    passes(request, request.tool, motions, &normals)
 }
 
 /// Joins the strips' motions, in order, into passes. `normals` are the outward normals at start and end of each strip.

@@ -33,7 +33,7 @@ pub use seam::Seam;
 
 use crate::diagnostic::Result;
 use crate::geometry::Vector;
-use crate::motion::{FeedReference, RuledMotion, ToolPath, ToolSummary};
+use crate::motion::{FeedReference, Pass, RuledMotion, ToolPath, ToolSummary};
 use crate::part::Part;
 use crate::tool::Tool;
 use explain::Planned;
@@ -183,6 +183,23 @@ impl Plan {
     }
 }
 
+impl PlanRequest<'_> {
+    /// The tool path of these passes by `tool`, which may have been found on the way.
+    fn path_of(&self, tool: &Tool, passes: Vec<Pass>) -> ToolPath {
+        ToolPath {
+            name: self.name.to_owned(),
+            tool: ToolSummary::of(tool),
+            cut_feed: self.cut_feed,
+            feed_reference: self.feed_reference,
+            spindle_rpm: self.spindle_rpm,
+            linearization: self.linearization,
+            overcut_tolerance: self.overcut_tolerance,
+            undercut_tolerance: self.undercut_tolerance,
+            passes,
+        }
+    }
+}
+
 /// Plans the tool path of a part.
 pub fn plan(request: &PlanRequest<'_>) -> Result<Plan> {
     let form = request.part.surface.spline()?;
@@ -211,17 +228,7 @@ pub fn plan(request: &PlanRequest<'_>) -> Result<Plan> {
             (strips.collect(), passes, None, None)
         }
     };
-    let path = ToolPath {
-        name: request.name.to_owned(),
-        tool: ToolSummary::of(tool.as_ref().unwrap_or(request.tool)),
-        cut_feed: request.cut_feed,
-        feed_reference: request.feed_reference,
-        spindle_rpm: request.spindle_rpm,
-        linearization: request.linearization,
-        overcut_tolerance: request.overcut_tolerance,
-        undercut_tolerance: request.undercut_tolerance,
-        passes,
-    };
+    let path = request.path_of(tool.as_ref().unwrap_or(request.tool), passes);
     let bare_share = figures.map_or(0.0, |figures: RajainFigures| figures.bare_share);
     let used = tool.as_ref().unwrap_or(request.tool);
     let strips = explain::reports(request, used, &form.spline, &strips, bare_share > 0.0);

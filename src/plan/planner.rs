@@ -5,12 +5,12 @@ use super::chart::{Chart, Frame};
 use super::fit::SphereFamily;
 use super::layout::{Choice, choose_layout};
 use super::limits::Limits;
-use super::link::passes;
+use super::link::chart_passes;
 use super::start::{Band, ruling};
 use super::strip::{Effort, FittedStrip, Resolution, fit_strip, lay_strip};
 use super::{Method, PlanRequest, Progress, Stage, Strategy, StrategyKind};
 use crate::diagnostic::{Diagnostic, Result};
-use crate::geometry::{Point, Vector};
+use crate::geometry::Point;
 use crate::motion::{Pass, RuledMotion};
 use crate::part::OrientedSpline;
 use crate::tool::Tool;
@@ -334,20 +334,7 @@ impl<'a> Planner<'a> {
 
     /// Leads, links and retracts around the strips.
     pub(super) fn passes(&self, motions: &[RuledMotion]) -> Result<Vec<Pass>> {
-        let normals = motions.iter().map(|m| self.end_normals(m)).collect::<Result<Vec<_>>>()?;
-        passes(self.request, self.request.tool, motions, &normals)
-    }
-
-    fn end_normals(&self, motion: &RuledMotion) -> Result<(Vector, Vector)> {
-        let (start, end) = motion.domain();
-        let at = |t: f64| {
-            let middle = nalgebra::center(&motion.lower.point(t), &motion.upper.point(t));
-            self.chart.nearest(&middle).map(|foot| foot.frame.normal).ok_or_else(|| {
-                Diagnostic::error("the surface's extension has no normal where the tool leads in or out")
-                    .help("give a shorter [strategy] lead")
-            })
-        };
-        Ok((at(start)?, at(end)?))
+        chart_passes(self.request, &self.chart, motions)
     }
 }
 

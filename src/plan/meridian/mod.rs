@@ -7,7 +7,6 @@
 mod fit;
 mod judge;
 mod outliers;
-mod path;
 mod problem;
 mod radius;
 mod search;
@@ -21,10 +20,11 @@ use super::chart::Chart;
 use super::chart::Lines;
 use super::explain::{self, Planned};
 use super::layout::{orient, runs_along_u};
+use super::link::chart_passes;
 use super::{Deviation, Observer, Plan, PlanRequest, Strategy, StrategyKind};
 use crate::diagnostic::{Diagnostic, Result};
 use crate::geometry::extend::extended;
-use crate::motion::{RuledMotion, ToolPath, ToolSummary};
+use crate::motion::RuledMotion;
 use crate::part::{OrientedSpline, Part};
 use crate::tool::profile::{CurvePoint, smooth_profile};
 use crate::tool::{CutterShape, Fixture, Tool};
@@ -215,18 +215,8 @@ pub fn plan_found(request: &PlanRequest<'_>, found: &FoundTool) -> Result<Plan> 
     let form = request.part.surface.spline()?;
     let chart = Chart::new(&form.spline, found.layout.clone());
     let motions: Vec<RuledMotion> = found.sweeps.iter().map(|sweep| sweep.motion.clone()).collect();
-    let passes = path::passes(request, &chart, &motions)?;
-    let path = ToolPath {
-        name: request.name.to_owned(),
-        tool: ToolSummary::of(request.tool),
-        cut_feed: request.cut_feed,
-        feed_reference: request.feed_reference,
-        spindle_rpm: request.spindle_rpm,
-        linearization: request.linearization,
-        overcut_tolerance: request.overcut_tolerance,
-        undercut_tolerance: request.undercut_tolerance,
-        passes,
-    };
+    let passes = chart_passes(request, &chart, &motions)?;
+    let path = request.path_of(request.tool, passes);
     let planned = found.sweeps.iter().map(|sweep| Planned {
         motion: sweep.motion.clone(),
         deviation: sweep.deviation,

@@ -21,7 +21,7 @@ pub(super) fn set_aside(fit: &mut SweepFit<'_>, x: &[f64], limit: f64) -> Option
             *weight = 1.0 / (1.0 + share * share).powi(2);
         }
         let settings = Settings { max_steps: STEPS, cost_share: 1e-5, ..Settings::default() };
-        steps += minimize_bordered(fit, &mut x, &settings)?.steps;
+        steps += minimize_bordered(fit, &mut x, &settings, |_, _| true)?.steps;
         fit.settle(&x);
         scale *= shrink;
     }

@@ -9,19 +9,9 @@ use super::{ToolWish, outliers};
 use crate::motion::RuledMotion;
 use crate::optimize::{Settings, minimize_bordered};
 use crate::plan::chart::{Chart, Layout};
+use crate::plan::strip::Resolution;
 use crate::plan::{Observer, Progress, Stage};
 use rayon::prelude::*;
-
-/// How finely sweeps are modelled.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Resolution {
-    /// Control points a rail.
-    pub(super) controls: usize,
-    /// Instants at which the fit looks.
-    pub(super) instants: usize,
-    /// Places along the axis at which it looks.
-    pub(super) heights: usize,
-}
 
 /// A tool with its sweeps.
 #[derive(Clone, Debug)]
@@ -240,7 +230,7 @@ impl Search<'_> {
             }
             fit.terms = Terms::new(weights, *guidance);
             let settings = Settings { max_steps: *max_steps, cost_share: 1e-7, ..Settings::default() };
-            steps += minimize_bordered(&mut fit, &mut x, &settings)?.steps;
+            steps += minimize_bordered(&mut fit, &mut x, &settings, |_, _| true)?.steps;
             fit.settle(&x);
         }
         let mut fitted = judged(chart, &fit, &x, sweeps, resolution)?;

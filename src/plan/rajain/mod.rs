@@ -15,7 +15,6 @@ mod guide;
 mod measure;
 mod problem;
 mod sheet;
-mod solve;
 mod spheres;
 #[cfg(test)]
 mod tests;
@@ -26,7 +25,7 @@ use super::{Deviation, PlanRequest, Progress, Stage, StrategyKind, TipSide};
 use crate::diagnostic::{Diagnostic, Result};
 use crate::geometry::Vector;
 use crate::motion::{Pose, RuledMotion};
-use crate::optimize::Settings;
+use crate::optimize::{Settings, minimize_bordered};
 use crate::part::{DesignSurface, OrientedSpline};
 use crate::tool::Tool;
 use field::{Source, Wish};
@@ -209,7 +208,7 @@ fn fit(request: &PlanRequest<'_>, guide: &Guide<'_>, grid: &Grid, cone: &Cone) -
         !observer.stopped()
     };
     let stopping = Settings { max_steps: MOST_STEPS, cost_share: 1e-6, ..Settings::default() };
-    let outcome = solve::minimize(&mut problem, &mut x, &stopping, watch).ok_or_else(degenerate)?;
+    let outcome = minimize_bordered(&mut problem, &mut x, &stopping, watch).ok_or_else(degenerate)?;
     let axes = problem.axes(&x).ok_or_else(degenerate)?;
     let found = problem.cone(&x);
     let (count, positions, heights) = problem.size();

@@ -7,10 +7,10 @@
 
 use super::grid::Grid;
 use super::sheet::{Place, Sheet, inside};
-use super::solve::{Bordered, BorderedEquations};
 use super::spheres::Cone;
 use super::{Free, Weights};
 use crate::geometry::{Point, Vector};
+use crate::optimize::{BorderedEquations, BorderedLeastSquares};
 use nalgebra::Matrix3;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -344,7 +344,15 @@ fn axis_of(ends: &[NodeState; 2], cone: &Cone) -> Axis {
     }
 }
 
-impl Bordered for Problem<'_> {
+impl Problem<'_> {
+    /// Derivatives by L, r1 and r2: none by those that are not free, so that they stay.
+    fn freed(&self, globals: [f64; GLOBALS]) -> [f64; GLOBALS] {
+        let free = [self.free.length, self.free.r1, self.free.r2];
+        std::array::from_fn(|k| if free[k] { globals[k] } else { 0.0 })
+    }
+}
+
+impl BorderedLeastSquares for Problem<'_> {
     fn unknowns(&self) -> usize {
         3 * self.nodes.len()
     }
@@ -353,8 +361,8 @@ impl Bordered for Problem<'_> {
         self.half_bandwidth
     }
 
-    fn border(&self) -> Vec<bool> {
-        vec![self.free.length, self.free.r1, self.free.r2]
+    fn shared(&self) -> usize {
+        GLOBALS
     }
 
     fn assemble(&mut self, x: &[f64], equations: &mut BorderedEquations) -> Option<()> {
@@ -371,7 +379,7 @@ impl Bordered for Problem<'_> {
             self.rulings[index].feet = feet;
             spread = (spread.0.min(low), spread.1.max(high));
             for row in rows {
-                equations.add(row.first, trimmed(&row.run), &row.globals, row.residual, row.weight);
+                equations.add(row.first, trimmed(&row.run), &self.freed(row.globals), row.residual, row.weight);
             }
         }
         self.spread = spread;
@@ -419,8 +427,9 @@ mod tests {
                 let moved: Vec<f64> = x.iter().zip(&direction).map(|(x, d)| x + h * d).collect();
                 let mut equations = BorderedEquations::new(problem.unknowns(), problem.half_bandwidth(), GLOBALS);
                 problem.assemble(&moved, &mut equations).unwrap();
-                let slope: f64 = equations.slope(&direction);
-                (equations.cost, slope)
+                let (cost, gradient) = equations.cost_and_gradient();
+                let slope: f64 = gradient.iter().zip(&direction).map(|(g, d)| g * d).sum();
+                (cost, slope)
             };
             let (h, slope) = (1e-5, cost_at(0.0).1);
             let difference = (cost_at(h).0 - cost_at(-h).0) / (2.0 * h);
