@@ -1,5 +1,6 @@
 //! The whole way from a job to a report, on bytes and text: no file is touched here. Uses everything but `cli`.
 
+mod check;
 mod diff;
 mod explain;
 mod followed;
@@ -13,6 +14,7 @@ mod recover;
 mod retarget;
 mod stages;
 
+pub use check::{CheckRequest, Checked, check, doubts};
 pub use diff::{Compared, Difference, Differences, ProgramSize, diff};
 pub use explain::{PlanRecord, RajainRecord, SeamRecord, SphereRecord, StripRecord, explain};
 pub use followed::Source;

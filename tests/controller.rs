@@ -233,7 +233,7 @@ mod tests {
         let chord = 2.0 * emitted.setup().tool_length() * 15_f64.to_radians().sin();
         for (text, jumps) in [(level, false), (tilted, true)] {
             let program = read(text.as_bytes(), &Rules::of(emitted.setup().machine()));
-            let motion = simulate(&program, emitted.setup(), Some(7));
+            let motion = simulate(&program, emitted.setup(), Some(7.into()));
             let mut findings = motion.findings().list().iter();
             let warning = findings.find(|finding| finding.code == FindingCode::Jump);
             let step = largest_step(&play(&emitted.rig(), &text));
@@ -259,7 +259,7 @@ mod tests {
             let start = "G21 G90 G17 G94\nG61\nT7 M6\nG43 H7\nM428\nS8000 M3\nG0 X0 Y0 Z0 A0 C0\n";
             let text = format!("{start}{blocks}\nM2\n");
             let program = read(text.as_bytes(), &Rules::of(emitted.setup().machine()));
-            let ours = !simulate(&program, emitted.setup(), Some(7)).findings().any_error();
+            let ours = !simulate(&program, emitted.setup(), Some(7.into())).findings().any_error();
             let theirs = emitted.rig().accept(&text);
             assert_eq!(theirs.is_ok(), ours, "{blocks}: {theirs:?}");
             ours

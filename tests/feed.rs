@@ -43,7 +43,7 @@ mod tests {
         let name = &work_offset.name;
         let posted = post(&PostRequest { path, machine, work_offset: name, number: 1, input_hash: "" }).unwrap();
         let setup = Setup::new(machine, name, LENGTH).unwrap();
-        let motion = simulate(&read(posted.text.as_bytes(), &Rules::of(machine)), &setup, Some(1));
+        let motion = simulate(&read(posted.text.as_bytes(), &Rules::of(machine)), &setup, Some(1.into()));
         assert!(!motion.findings().any_error(), "{:?}", motion.findings());
         let limits = motion.axis_report().limits;
         (posted, limits.into_iter().filter(|l| l.kind != LimitKind::Travel).collect())
@@ -100,7 +100,7 @@ mod tests {
         assert!(fed(&posted) > fed(&trusting), "{}", posted.text);
         // The same program on a control that does not watch is found out.
         let setup = Setup::new(&machine, "G54", LENGTH).unwrap();
-        let motion = simulate(&read(trusting.text.as_bytes(), &Rules::of(&machine)), &setup, Some(1));
+        let motion = simulate(&read(trusting.text.as_bytes(), &Rules::of(&machine)), &setup, Some(1.into()));
         let limits = motion.axis_report().limits;
         assert!(limits.iter().any(|l| l.kind == LimitKind::Speed && l.value > 1.01 * l.limit), "{limits:?}");
     }

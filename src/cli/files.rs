@@ -1,8 +1,9 @@
 //! Reading inputs and writing outputs: all outputs of a command or none.
 
 use crate::diagnostic::{Diagnostic, Result};
+use crate::nc::MAX_PROGRAM_BYTES;
 use std::fs;
-use std::io::{self, Write};
+use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 
 /// Where relative names start, unless a job names the file.
@@ -12,15 +13,31 @@ const MAX_INPUT_BYTES: u64 = 1 << 30;
 
 /// Reads a whole file.
 pub(super) fn read_bytes(path: &Path) -> Result<Vec<u8>> {
+    read_within(path, MAX_INPUT_BYTES)
+}
+
+/// Reads a whole NC program.
+pub(super) fn read_program(path: &Path) -> Result<Vec<u8>> {
+    read_within(path, MAX_PROGRAM_BYTES as u64)
+}
+
+fn read_within(path: &Path, limit: u64) -> Result<Vec<u8>> {
     let failed = |e: io::Error| unreadable(path, &e);
     let about = fs::metadata(path).map_err(failed)?;
     if about.is_dir() {
         return Err(Diagnostic::error(format!("{} is a folder, not a file", path.display())).help("name a file in it"));
     }
-    if about.len() > MAX_INPUT_BYTES {
-        return Err(Diagnostic::error(format!("{} is larger than 1 GiB", path.display())).help("give a smaller file"));
+    let too_large = || {
+        Diagnostic::error(format!("{} is larger than {} MiB", path.display(), limit >> 20))
+            .help("give a smaller file, or split it")
+    };
+    if about.len() > limit {
+        return Err(too_large());
     }
-    fs::read(path).map_err(failed)
+    // Pipes and devices do not say their length.
+    let mut bytes = Vec::with_capacity(about.len() as usize);
+    fs::File::open(path).and_then(|file| file.take(limit + 1).read_to_end(&mut bytes)).map_err(failed)?;
+    if bytes.len() as u64 > limit { Err(too_large()) } else { Ok(bytes) }
 }
 
 /// Reads a whole text file in UTF-8.

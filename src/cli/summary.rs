@@ -5,9 +5,11 @@ use crate::job::fact_lines;
 use crate::pipeline::Posted;
 use crate::plan::meridian::FoundTool;
 use crate::plan::{Plan, RajainFigures, StripReport};
-use crate::verify::{Verdict, Verification};
+use crate::verify::{FindingRecord, MachineVerification, ProgramRecord, Verdict, Verification};
 use std::fmt::Write;
 
+/// Findings that are shown one by one.
+const FINDINGS: usize = 20;
 /// Reasons that are shown one by one.
 const REASONS: usize = 10;
 /// Reasons for slowness that are shown.
@@ -164,11 +166,7 @@ pub(super) fn of_verdict(record: &Verification) -> String {
         "strips      {}, kink at most {:.3} deg, mean {:.3} deg, step at most {:.5} mm",
         strips.count, strips.kink_max_deg, strips.kink_mean_deg, strips.gap_max_mm
     );
-    let _ = writeln!(
-        text,
-        "blocks      {}, {:.1} s, {:.1} mm at a feed, at most {:.1} blocks/s",
-        program.blocks, program.duration_s, program.cut_length_mm, program.max_block_rate_hz
-    );
+    text.push_str(&of_size(program));
     if let Some(trip) = &record.round_trip {
         let _ = writeln!(
             text,
@@ -177,13 +175,47 @@ pub(super) fn of_verdict(record: &Verification) -> String {
         );
     }
     let _ = writeln!(text, "limits      {} passed, {} collisions", record.limits.len(), record.collisions.len());
-    let verdict = if record.verdict == Verdict::Pass { "pass" } else { "fail" };
-    let _ = writeln!(text, "verdict     {verdict}");
-    for reason in record.reasons.iter().take(REASONS) {
+    text + &of_findings(&record.findings) + &of_reasons(record.verdict, &record.reasons)
+}
+
+/// Figures and verdict of a program on its machine, without a part.
+pub(super) fn of_machine_verdict(record: &MachineVerification) -> String {
+    let mut text = of_size(&record.program);
+    let _ = writeln!(text, "limits      {} passed", record.limits.len());
+    text + &of_findings(&record.findings) + &of_reasons(record.verdict, &record.reasons)
+}
+
+fn of_size(program: &ProgramRecord) -> String {
+    format!(
+        "blocks      {}, {:.1} s, {:.1} mm at a feed, at most {:.1} blocks/s\n",
+        program.blocks, program.duration_s, program.cut_length_mm, program.max_block_rate_hz
+    )
+}
+
+/// What was found, a line each; nothing where nothing was.
+fn of_findings(findings: &[FindingRecord]) -> String {
+    if findings.is_empty() {
+        return String::new();
+    }
+    let errors = findings.iter().filter(|finding| finding.is_error()).count();
+    let mut text = format!("findings    {errors} errors, {} warnings\n", findings.len() - errors);
+    for finding in findings.iter().take(FINDINGS) {
+        let line = finding.line.map_or(String::new(), |line| format!(" line {line}:"));
+        let _ = writeln!(text, "  {} {}{line} {}", finding.severity, finding.id, finding.message);
+    }
+    if findings.len() > FINDINGS {
+        let _ = writeln!(text, "  and {} more in the JSON", findings.len() - FINDINGS);
+    }
+    text
+}
+
+fn of_reasons(verdict: Verdict, reasons: &[String]) -> String {
+    let mut text = format!("verdict     {}\n", if verdict == Verdict::Pass { "pass" } else { "fail" });
+    for reason in reasons.iter().take(REASONS) {
         let _ = writeln!(text, "  {reason}");
     }
-    if record.reasons.len() > REASONS {
-        let _ = writeln!(text, "  and {} more in the JSON", record.reasons.len() - REASONS);
+    if reasons.len() > REASONS {
+        let _ = writeln!(text, "  and {} more in the JSON", reasons.len() - REASONS);
     }
     text
 }

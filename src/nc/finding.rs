@@ -1,128 +1,16 @@
-//! What is remarkable in a program: where, why, and what to write instead. Uses `diagnostic`.
+//! What is remarkable in a program: where, why, and what to write instead. Uses `catalogue` and `diagnostic`.
 
+pub use super::catalogue::FindingCode;
+use super::catalogue::Weight;
 use crate::diagnostic::{Diagnostic, Severity};
 use std::ops::Range;
-
-/// Which rule a finding is about; its name is stable.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-#[non_exhaustive]
-pub enum FindingCode {
-    /// Text that is no word of the dialect.
-    UnreadableText,
-    /// A comment that is nested or not closed.
-    BadComment,
-    /// More characters than the control takes in a block.
-    BlockTooLong,
-    /// A letter that means nothing in this block.
-    UnusedWord,
-    /// A letter twice in one block.
-    RepeatedWord,
-    /// A number that the word cannot carry.
-    BadNumber,
-    /// A G or M code the dialect does not know.
-    UnknownCode,
-    /// A code the control knows, whose effect is not followed here.
-    UnsupportedCode,
-    /// Two codes of one modal group in a block.
-    GroupConflict,
-    /// Axis words with no motion code in force.
-    NoMotionCode,
-    /// An axis word for an axis the machine lacks.
-    MissingAxis,
-    /// A feed move without a feed word that is in force.
-    MissingFeed,
-    /// A feed move while the spindle stands still.
-    SpindleOff,
-    /// A number without decimal point where the control may count increments.
-    MissingPoint,
-    /// G43 or the like without the number of the offset.
-    MissingOffsetNumber,
-    /// An arc that its words do not determine.
-    BadArc,
-    /// No M2, M30 or % at the end.
-    MissingEnd,
-    /// Blocks that the control never reaches.
-    UnreachedText,
-    /// The control rounds corners.
-    Blending,
-    /// Blocks with block delete, taken as executed.
-    BlockDelete,
-    /// Rotary words that look like radians.
-    RadiansSuspected,
-    /// A work offset the machine file does not give.
-    UnknownWorkOffset,
-    /// The tool or its length offset is not the job's.
-    OtherTool,
-    /// TCP on with no tool length offset in force.
-    TcpWithoutLength,
-    /// A tool axis that the machine's rotary axes cannot make.
-    UnreachableAxis,
-    /// The tool length or TCP changes while tilted so that the machine jumps.
-    Jump,
-    /// An axis that moves before the program has said where it is.
-    UnknownStart,
-    /// A code in a state of TCP in which the control refuses it or does something else.
-    WrongTcpState,
-    /// A feed that the control does not keep: it clamps or reinterprets the word.
-    FeedTrap,
-}
-
-impl FindingCode {
-    /// Stable name for files and filters.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::UnreadableText => "unreadable-text",
-            Self::BadComment => "bad-comment",
-            Self::BlockTooLong => "block-too-long",
-            Self::UnusedWord => "unused-word",
-            Self::RepeatedWord => "repeated-word",
-            Self::BadNumber => "bad-number",
-            Self::UnknownCode => "unknown-code",
-            Self::UnsupportedCode => "unsupported-code",
-            Self::GroupConflict => "group-conflict",
-            Self::NoMotionCode => "no-motion-code",
-            Self::MissingAxis => "missing-axis",
-            Self::MissingFeed => "missing-feed",
-            Self::SpindleOff => "spindle-off",
-            Self::MissingPoint => "missing-point",
-            Self::MissingOffsetNumber => "missing-offset-number",
-            Self::BadArc => "bad-arc",
-            Self::MissingEnd => "missing-end",
-            Self::UnreachedText => "unreached-text",
-            Self::Blending => "blending",
-            Self::BlockDelete => "block-delete",
-            Self::RadiansSuspected => "radians-suspected",
-            Self::UnknownWorkOffset => "unknown-work-offset",
-            Self::OtherTool => "other-tool",
-            Self::TcpWithoutLength => "tcp-without-length",
-            Self::UnreachableAxis => "unreachable-axis",
-            Self::Jump => "jump",
-            Self::UnknownStart => "unknown-start",
-            Self::WrongTcpState => "wrong-tcp-state",
-            Self::FeedTrap => "feed-trap",
-        }
-    }
-}
-
-impl FindingCode {
-    /// What it weighs, unless the place where it is found says otherwise.
-    fn severity(self) -> Severity {
-        match self {
-            Self::UnreachedText | Self::Blending | Self::BlockDelete | Self::OtherTool | Self::FeedTrap => {
-                Severity::Warning
-            }
-            _ => Severity::Error,
-        }
-    }
-}
 
 /// One finding in a program.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Finding {
     /// Which rule.
     pub code: FindingCode,
-    /// An error means: what the control does is not what is followed here, or it refuses, or it harms; no verdict can
-    /// rest on the program.
+    /// An error keeps the program from passing; see [`Self::leaves_doubt`] for whether it can be judged at all.
     pub severity: Severity,
     /// Line, from 1.
     pub line: usize,
@@ -138,7 +26,11 @@ impl Finding {
     /// A finding of the weight that its rule has.
     pub fn new(code: FindingCode, line: usize, message: impl Into<String>, help: &str) -> Self {
         let (message, help) = (message.into(), help.to_owned());
-        Self { code, severity: code.severity(), line, span: None, message, help }
+        let severity = match code.rule().weight {
+            Weight::Doubt | Weight::Fault => Severity::Error,
+            Weight::Notice => Severity::Warning,
+        };
+        Self { code, severity, line, span: None, message, help }
     }
 
     /// The same about these bytes of the program.
@@ -153,9 +45,14 @@ impl Finding {
         Self { severity, ..self }
     }
 
+    /// Whether the control may do something else than what is followed here, so that no verdict can rest on the program.
+    pub fn leaves_doubt(&self) -> bool {
+        self.severity == Severity::Error && self.code.rule().weight == Weight::Doubt
+    }
+
     /// The finding as a message for people; `text` is the program it was found in.
     pub fn diagnostic(&self, file: &str, text: &[u8]) -> Box<Diagnostic> {
-        let message = format!("{} [{}]", self.message, self.code.name());
+        let message = format!("{} [{} {}]", self.message, self.code.id(), self.code.name());
         let mut diagnostic = match self.severity {
             Severity::Warning => Diagnostic::warning(message),
             Severity::Error => Diagnostic::error(message),
@@ -222,8 +119,14 @@ impl Findings {
         self.omitted
     }
 
-    /// Whether any is an error, so that no verdict can rest on the program.
+    /// Whether any is an error. What was only counted may be one.
     pub fn any_error(&self) -> bool {
         self.omitted > 0 || self.list.iter().any(|finding| finding.severity == Severity::Error)
+    }
+
+    /// Whether any leaves it uncertain what the control does, so that no verdict can rest on the program. What was only
+    /// counted may be such.
+    pub fn any_doubt(&self) -> bool {
+        self.omitted > 0 || self.list.iter().any(Finding::leaves_doubt)
     }
 }

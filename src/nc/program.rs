@@ -193,6 +193,11 @@ pub enum Change {
     },
     /// What the control does to corners.
     PathControl(PathControl),
+    /// Unit of lengths.
+    Units {
+        /// Inches; else millimetres.
+        inch: bool,
+    },
     /// Waits, s.
     Dwell(f64),
     /// Waits for the operator.

@@ -6,6 +6,10 @@ use super::finding::{Finding, FindingCode};
 use super::number::Decimal;
 use std::ops::Range;
 
+/// Longest program that is read, bytes: what it becomes must fit the memory of any computer.
+pub const MAX_PROGRAM_BYTES: usize = 128 << 20;
+/// Most blocks of a program that are read.
+const MAX_BLOCKS: usize = 8_000_000;
 /// Complaints kept for one block; then the rest of it is skipped.
 const COMPLAINTS_PER_BLOCK: usize = 8;
 
@@ -64,8 +68,10 @@ impl<'a> Scanner<'a> {
         const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
         // A word every seven bytes, a block every forty.
         let mut out = Blocks::default();
-        out.words.reserve(text.len() / 7);
-        out.blocks.reserve(text.len() / 40);
+        if text.len() <= MAX_PROGRAM_BYTES {
+            out.words.reserve(text.len() / 7);
+            out.blocks.reserve(text.len() / 40);
+        }
         let mut scanner = Self {
             text,
             rest: text.strip_prefix(BYTE_ORDER_MARK).unwrap_or(text),
@@ -78,9 +84,9 @@ impl<'a> Scanner<'a> {
             deletable: false,
             complaints: 0,
         };
-        if u32::try_from(text.len()).is_err() {
+        if text.len() > MAX_PROGRAM_BYTES {
             scanner.line = 1;
-            let message = "the program is longer than 4 GiB".to_owned();
+            let message = format!("the program is longer than {} MiB", MAX_PROGRAM_BYTES >> 20);
             scanner.complain(0..0, FindingCode::UnreadableText, message, "split it");
             scanner.rest = &[];
         }
@@ -136,6 +142,11 @@ impl<'a> Scanner<'a> {
         if last > first {
             let line = u32::try_from(self.first_line).unwrap_or(u32::MAX);
             self.out.blocks.push(Block { line, first: first as u32, last: last as u32, deletable: self.deletable });
+            if self.out.blocks.len() == MAX_BLOCKS && !self.rest.is_empty() {
+                let message = format!("the program has more than {MAX_BLOCKS} blocks");
+                self.complain(self.start..self.start, FindingCode::UnreadableText, message, "split it");
+                self.rest = &[];
+            }
         }
     }
 

@@ -4,7 +4,7 @@
 use super::InputFile;
 use crate::diagnostic::{Diagnostic, Result, Severity};
 use crate::machine::{Machine, Setup};
-use crate::nc::{self, Finding, FindingCode, Program, Rules};
+use crate::nc::{self, Finding, Program, Rules};
 use crate::simulate::{ToolMotion, simulate};
 
 /// Complaints that are reported at once.
@@ -43,9 +43,7 @@ impl Source<'_> {
         let program = nc::read(file.bytes, &Rules::of(self.machine));
         let motion = simulate(&program, &setup, None);
         let findings = motion.findings();
-        let certain = |finding: &&Finding| {
-            self.despite_unknown_text || finding.severity == Severity::Warning || leaves_motion_certain(finding.code)
-        };
+        let certain = |finding: &&Finding| self.despite_unknown_text || !finding.leaves_doubt();
         let (harmless, doubtful): (Vec<&Finding>, Vec<&Finding>) = findings.list().iter().partition(certain);
         let located = |finding: &&Finding| *finding.diagnostic(file.name, file.bytes);
         if !doubtful.is_empty() {
@@ -81,12 +79,4 @@ impl Source<'_> {
             }
         }
     }
-}
-
-/// Errors by which a control may refuse a program or harm something, but which leave no doubt about the tip's way.
-fn leaves_motion_certain(code: FindingCode) -> bool {
-    matches!(
-        code,
-        FindingCode::TcpWithoutLength | FindingCode::SpindleOff | FindingCode::MissingEnd | FindingCode::BlockTooLong
-    )
 }

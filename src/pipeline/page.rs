@@ -9,9 +9,9 @@ use crate::plan::Plan;
 use crate::report::{
     self, AxisTrack, Figure, Finding, Mesh, PartView, ReportData, Ruling, StripRow, Timeline, ToolSample, tool_outline,
 };
-use crate::simulate::{LimitKind, Segment, ToolMotion};
+use crate::simulate::{Segment, ToolMotion};
 use crate::tool::Tool;
-use crate::verify::{Verdict, Verified};
+use crate::verify::{FindingRecord, MeasuredSample, Verdict, Verified};
 
 /// Samples of the motion and lines of the tool axis that a page carries at most: enough for a smooth picture, small
 /// enough to open at once.
@@ -227,41 +227,27 @@ fn figures(verified: &Verified) -> Vec<Figure> {
     figures
 }
 
+/// Everything found, and where the part deviates most.
 fn findings(motion: &ToolMotion, verified: &Verified) -> Vec<Finding> {
-    let record = &verified.record;
-    let mut findings = Vec::new();
-    let mut worst = |sample: Option<&crate::verify::MeasuredSample>, what: &str| {
-        if let Some(sample) = sample {
-            let size = sample.deviation().map_or("not reached".to_owned(), |d| format!("{:.4} mm", d.abs()));
-            let line = sample.touch.and_then(|t| motion.segments().get(t.when.block)).map(|s| s.line);
-            let point: Option<Point> = Some(sample.sample.point);
-            findings.push(Finding { line, point, text: format!("Largest {what}: {size}") });
+    let one = |finding: &FindingRecord| Finding {
+        line: finding.line,
+        point: finding.point_mm.map(Point::from),
+        code: format!("{} {}", finding.id, finding.code),
+        error: finding.is_error(),
+        text: finding.message.clone(),
+        help: finding.help.clone(),
+    };
+    let extreme = |sample: &MeasuredSample, what: &str| {
+        let size = sample.deviation().map_or("not reached".to_owned(), |d| format!("{:.4} mm", d.abs()));
+        Finding {
+            line: sample.touch.and_then(|t| motion.segments().get(t.when.block)).map(|s| s.line),
+            point: Some(sample.sample.point),
+            text: format!("Largest {what}: {size}"),
+            ..Finding::default()
         }
     };
-    worst(verified.part.worst_overcut.as_ref(), "overcut");
-    worst(verified.part.worst_undercut.as_ref(), "undercut");
-    findings.extend(record.collisions.iter().map(|c| Finding {
-        line: Some(c.line),
-        point: None,
-        text: format!("{} {:.4} mm into the {}", c.body_a, c.depth_mm, c.body_b),
-    }));
-    findings.extend(record.limits.iter().map(|v| {
-        let what = match v.kind {
-            LimitKind::Travel => "travel",
-            LimitKind::Speed => "speed",
-            LimitKind::Acceleration => "acceleration",
-            LimitKind::Jerk => "jerk",
-        };
-        Finding {
-            line: Some(v.line),
-            point: None,
-            text: format!("{what} of {} is {:.4}, the limit {:.4}", v.axis, v.value, v.limit),
-        }
-    }));
-    findings.extend(motion.findings().list().iter().map(|finding| Finding {
-        line: Some(finding.line),
-        point: None,
-        text: finding.message.clone(),
-    }));
-    findings
+    let part = &verified.part;
+    let overcut = part.worst_overcut.iter().map(|sample| extreme(sample, "overcut"));
+    let undercut = part.worst_undercut.iter().map(|sample| extreme(sample, "undercut"));
+    verified.record.findings.iter().map(one).chain(overcut).chain(undercut).collect()
 }

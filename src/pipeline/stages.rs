@@ -1,7 +1,8 @@
 //! The stages of a job, each from what the stage before it gave: plan, post, verify.
 
+use super::check::doubts;
 use super::{InputFile, Inputs};
-use crate::diagnostic::{Diagnostic, Result, Severity};
+use crate::diagnostic::{Diagnostic, Result};
 use crate::feed::{Loss, Schedule, excesses};
 use crate::job::ToolSpec;
 use crate::machine::{LinearizeOptions, Machine, Setup, linearize};
@@ -9,7 +10,7 @@ use crate::motion::ToolPath;
 use crate::nc::{self, Rules, WriteRequest, write};
 use crate::plan::meridian::{ToolRequest, ToolWish, find_tool, plan_found};
 use crate::plan::{self, Observer, Plan, PlanRequest};
-use crate::simulate::{ToolMotion, simulate};
+use crate::simulate::{OwnTool, ToolMotion, simulate};
 use crate::tool::Tool;
 use crate::verify::{Settings, Subject, ToleranceRecord, Verified, verify};
 
@@ -65,6 +66,10 @@ pub struct Judging {
     pub despite_unknown_text: bool,
     /// With upper bounds of overcut and undercut that hold between the samples, too.
     pub bounds: bool,
+    /// Number of the tool's length offset in the control's table; the tool's own when left out.
+    pub length_offset: Option<u32>,
+    /// Distance of neighbouring samples of the part, mm; from its area when left out.
+    pub spacing: Option<f64>,
 }
 
 /// Guaranteed bounds are brought this near the sampled extremes where they can be, mm.
@@ -179,11 +184,14 @@ pub fn judge(
     let tool = inputs.tool().map_err(refuse)?;
     let setup = Setup::new(&inputs.machine, &job.machine.work_offset, tool.gauge_length()).map_err(refuse)?;
     let read = nc::read(program.bytes, &Rules::of(&inputs.machine));
-    let motion = simulate(&read, &setup, Some(tool.number));
-    if motion.findings().any_error() && !how.despite_unknown_text {
-        return Err(doubts(&motion, program));
+    let own = OwnTool { number: tool.number, length_offset: how.length_offset.unwrap_or(tool.number) };
+    let motion = simulate(&read, &setup, Some(own));
+    let doubts = if how.despite_unknown_text { Vec::new() } else { doubts(&motion, program) };
+    if !doubts.is_empty() {
+        return Err(doubts);
     }
     let subject = Subject {
+        program: &read,
         motion: &motion,
         tool,
         part: &inputs.part,
@@ -191,23 +199,8 @@ pub fn judge(
         path,
     };
     let bound = how.bounds.then_some(BOUND_RESOLUTION);
-    let settings = Settings { despite_unknown_text: how.despite_unknown_text, bound, ..Settings::default() };
+    let settings =
+        Settings { despite_unknown_text: how.despite_unknown_text, bound, spacing: how.spacing, ..Settings::default() };
     let verified = verify(&subject, &settings);
     Ok(Judged { motion, verified })
-}
-
-/// Complaints about a program that are shown at once.
-const SHOWN: usize = 50;
-
-/// Everything for which a program gets no verdict, and how to get one all the same.
-fn doubts(motion: &ToolMotion, program: InputFile<'_>) -> Vec<Diagnostic> {
-    let errors = motion.findings().list().iter().filter(|finding| finding.severity == Severity::Error);
-    let mut doubts: Vec<_> =
-        errors.clone().take(SHOWN).map(|finding| *finding.diagnostic(program.name, program.bytes)).collect();
-    let more = errors.count().saturating_sub(SHOWN) + motion.findings().omitted();
-    let more = if more > 0 { format!("; {more} more complaints are not shown") } else { String::new() };
-    let message = format!("no verdict: what the control does with this program is not certain{more}");
-    let help = "correct the program, or give --despite-unknown to judge the rest of it";
-    doubts.push(*Diagnostic::error(message).in_file(program.name).help(help));
-    doubts
 }

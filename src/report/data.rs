@@ -178,8 +178,14 @@ pub struct Finding {
     pub line: Option<usize>,
     /// Where on the part or in space.
     pub point: Option<Point>,
+    /// Code and name of the rule.
+    pub code: String,
+    /// Whether it keeps the program from passing.
+    pub error: bool,
     /// What was found.
     pub text: String,
+    /// What to do about it.
+    pub help: String,
 }
 
 /// Data that cannot be shown truthfully.

@@ -1,6 +1,7 @@
-//! One self-contained HTML page on a job: verdict, 3D view of part and tool, plots of the axes, figures, findings.
+//! What others see of a judged program. One self-contained HTML page on a job: verdict, 3D view of part and tool, plots of
+//! the axes, figures, findings; and the findings alone for other programs, as SARIF and JUnit.
 //!
-//! The page needs no network and no library. Uses `geometry` and `tool`.
+//! The page needs no network and no library. Uses `geometry`, `tool`, `nc` and `verify`.
 
 mod colour;
 mod data;
@@ -9,11 +10,14 @@ mod legend;
 mod page;
 mod payload;
 mod plot;
+mod sarif;
 
 pub use data::{
     AxisTrack, Figure, Finding, Mesh, PartView, ProfileSection, ReportData, ReportError, Ruling, StripRow, Timeline,
     ToolSample, Verdict, tool_outline,
 };
+
+pub use sarif::{junit, sarif};
 
 /// The page as text; the same data give the same bytes. Refuses data that are not finite or do not fit together.
 pub fn html(data: &ReportData) -> Result<String, ReportError> {

@@ -146,7 +146,14 @@ fn findings(data: &ReportData) -> String {
     let items = data.findings.iter().map(|finding| {
         let place =
             finding.line.map_or(String::new(), |l| format!("<button type=\"button\" data-line=\"{l}\">{l}</button>"));
-        place + &escape(&finding.text)
+        let code = match (finding.code.as_str(), finding.error) {
+            ("", _) => String::new(),
+            (code, true) => format!("<b class=\"error\">{}</b> ", escape(code)),
+            (code, false) => format!("<b>{}</b> ", escape(code)),
+        };
+        let help =
+            if finding.help.is_empty() { String::new() } else { format!("<small>{}</small>", escape(&finding.help)) };
+        place + &code + &escape(&finding.text) + &help
     });
     let list = list("<ol>", items, "</ol>");
     let body = if list.is_empty() { "<p class=\"none\">Nothing found.</p>".to_owned() } else { list };

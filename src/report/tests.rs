@@ -199,14 +199,18 @@ fn sample() -> ReportData {
             Finding {
                 line: Some(46),
                 point: Some(flank(21.0, 27.0).0),
+                code: "R701 overcut".into(),
+                error: true,
                 text: "Overcut of 0.0125 mm, tolerance 0.005 mm.".into(),
+                help: "Correct the block.".into(),
             },
             Finding {
                 line: Some(220),
                 point: Some(flank(50.0, 8.0).0),
                 text: "Undercut of 0.0301 mm, tolerance 0.020 mm.".into(),
+                ..Finding::default()
             },
-            Finding { line: None, point: None, text: "1.1 % of the part is not reached by any pass.".into() },
+            Finding { text: "1.1 % of the part is not reached by any pass.".into(), ..Finding::default() },
         ],
         program,
     }
@@ -234,6 +238,8 @@ fn names_from_files_stay_text() {
     data.facts.push((bad.into(), bad.into()));
     data.verdict.reasons.push(bad.into());
     data.findings[0].text = bad.into();
+    data.findings[0].code = bad.into();
+    data.findings[0].help = bad.into();
     data.figures[0].label = bad.into();
     data.figures[0].unit = bad.into();
     data.timeline.axes[0].name = bad.into();
@@ -288,6 +294,14 @@ fn outline_follows_the_tool_from_the_tip_to_the_gauge_line() {
         .iter()
         .filter(|[h, r]| ((h - centre.height).hypot(r - centre.radius) - radius).abs() < 1e-12);
     assert!(on_arc.count() >= 10);
+}
+
+#[test]
+fn findings_stand_with_code_remedy_and_a_button_to_their_block() {
+    let page = html(&sample()).unwrap();
+    let wanted = "<button type=\"button\" data-line=\"46\">46</button><b class=\"error\">R701 overcut</b> Overcut of 0.0125 mm, \
+                  tolerance 0.005 mm.<small>Correct the block.</small>";
+    assert!(page.contains(wanted));
 }
 
 #[test]

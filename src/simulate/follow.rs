@@ -15,9 +15,25 @@ use crate::motion::Pose;
 use crate::nc::program::{AXIS_LETTERS, AxisSet, Change, ChangeAt, Feed, Frame, LengthOffset, Move, Way};
 use crate::nc::{FeedRules, Finding, FindingCode, Findings, Program, Travelled};
 
-/// Moves the machine as the program says. `tool` is the number of the tool that the setup holds, where there is one to
-/// compare with. Never fails: what makes the motion uncertain is a finding.
-pub fn simulate(program: &Program, setup: &Setup, tool: Option<u32>) -> ToolMotion {
+/// The numbers by which a program should call the tool that it is followed with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct OwnTool {
+    /// Of the tool.
+    pub number: u32,
+    /// Of its length offset in the control's table.
+    pub length_offset: u32,
+}
+
+impl From<u32> for OwnTool {
+    /// A tool whose length offset has its own number.
+    fn from(number: u32) -> Self {
+        Self { number, length_offset: number }
+    }
+}
+
+/// Moves the machine as the program says. `tool` says how the tool that the setup holds should be called, where there is
+/// one to compare with. Never fails: what makes the motion uncertain is a finding.
+pub fn simulate(program: &Program, setup: &Setup, tool: Option<OwnTool>) -> ToolMotion {
     let mut follower = Follower::new(program, setup, tool);
     for step in &program.moves {
         follower.changes_up_to(step.changes as usize);
@@ -39,7 +55,7 @@ struct Target {
 struct Follower<'a> {
     program: &'a Program,
     setup: &'a Setup,
-    tool: Option<u32>,
+    tool: Option<OwnTool>,
     /// Index in [`AXIS_LETTERS`] of each rotary axis.
     rotary_letters: [usize; 2],
     /// Changes carried out so far.
@@ -66,7 +82,7 @@ struct Follower<'a> {
 }
 
 impl<'a> Follower<'a> {
-    fn new(program: &'a Program, setup: &'a Setup, tool: Option<u32>) -> Self {
+    fn new(program: &'a Program, setup: &'a Setup, tool: Option<OwnTool>) -> Self {
         let machine = setup.machine();
         let index = |letter: char| AXIS_LETTERS.iter().position(|known| *known == letter).unwrap_or(0);
         let axes = AxisPosition::default();
@@ -132,12 +148,15 @@ impl<'a> Follower<'a> {
                     let help = "switch TCP off first: M129 or FUNCTION RESET TCPM";
                     self.find(FindingCode::WrongTcpState, line, "a tool call with TCP on", help);
                 }
-                let message = |own: u32| format!("tool {number} is put into the spindle; the job's is tool {own}");
-                self.other_tool(line, number, message);
+                if let Some(own) = self.tool.map(|tool| tool.number).filter(|own| *own != number) {
+                    let message = format!("tool {number} is put into the spindle; the job's is tool {own}");
+                    let help = "call the job's tool, or give the job this number; the job's tool is used here";
+                    self.find(FindingCode::OtherTool, line, message, help);
+                }
             }
             Change::Spindle { rpm, .. } => self.rpm = rpm,
             Change::Dwell(seconds) => self.time += seconds,
-            Change::PathControl(_) | Change::Stop | Change::Coolant(_) => {}
+            Change::PathControl(_) | Change::Stop | Change::Coolant(_) | Change::Units { .. } => {}
         }
     }
 
@@ -152,19 +171,16 @@ impl<'a> Follower<'a> {
             let help = "switch the tool length where the rotary axes stand at zero, or with TCP off";
             self.find(FindingCode::Jump, line, message, help);
         }
-        if let LengthOffset::Number(number) = length {
-            let message = |own: u32| format!("length offset {number} is called; the job's tool is tool {own}");
-            self.other_tool(line, number, message);
+        let own = self.tool.map(|tool| tool.length_offset);
+        if let (LengthOffset::Number(number), Some(own)) = (length, own)
+            && number != own
+        {
+            let message = format!("length offset {number} is called; that of the job's tool is {own}");
+            let help = "call the job's, or give --length-offset with this number where the table holds the tool's length there";
+            self.find(FindingCode::OtherLength, line, message, help);
         }
         self.length_on = on;
         self.said_without_length = false;
-    }
-
-    fn other_tool(&mut self, line: usize, number: u32, message: impl Fn(u32) -> String) {
-        if let Some(own) = self.tool.filter(|own| *own != number) {
-            let help = "call the job's tool, or give the job this number; the job's tool is used here";
-            self.find(FindingCode::OtherTool, line, message(own), help);
-        }
     }
 
     /// Whether the control takes G43's length into its kinematics; else it knows the length otherwise.

@@ -15,7 +15,7 @@ mod tests;
 mod tool_motion;
 
 pub use arc::Arc;
-pub use follow::simulate;
+pub use follow::{OwnTool, simulate};
 pub use segment::{Path, Segment, SegmentKind};
 pub use statistics::{AxisReport, AxisStatistics, LimitKind, LimitViolation};
 pub use tool_motion::ToolMotion;

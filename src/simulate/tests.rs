@@ -10,7 +10,7 @@ use std::f64::consts::{FRAC_1_SQRT_2, PI};
 fn run_on(machine: &str, offset: &str, text: &str) -> ToolMotion {
     let machine = Machine::named(machine).unwrap();
     let setup = Setup::new(&machine, offset, 100.0).unwrap();
-    simulate(&read(text.as_bytes(), &Rules::of(&machine)), &setup, Some(1))
+    simulate(&read(text.as_bytes(), &Rules::of(&machine)), &setup, Some(1.into()))
 }
 
 /// On the trunnion of LinuxCNC's samples.
@@ -142,7 +142,7 @@ fn what_makes_the_motion_uncertain_is_said() {
     let early = run("G21 G90 G61 S1 M3 F9\nM429\nG1 X1 Y1 Z1\nG0 A0 C0\nM2\n");
     assert_eq!(codes(&early), [(3, FindingCode::UnknownStart)]);
     let other = run("G21 G90 G61 S1 M3 F9\nM429\nT2 M6\nG43 H3\nG0 X1 Y1 Z1\nM2\n");
-    assert_eq!(codes(&other), [(3, FindingCode::OtherTool), (4, FindingCode::OtherTool)]);
+    assert_eq!(codes(&other), [(3, FindingCode::OtherTool), (4, FindingCode::OtherLength)]);
     let bare = run("G21 G90 G61 S1 M3 F9\nM428\nG1 X1 Y1 Z1 A0 C0\nM2\n");
     assert!(codes(&bare).contains(&(3, FindingCode::TcpWithoutLength)));
     let fanuc = run_on("trunnion-ac-30i", "G54", "G21 G90 S1 M3\nG43.4 H1\nG53 G0 Z0.\nM30\n");

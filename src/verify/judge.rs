@@ -5,17 +5,19 @@ use super::bound::{Bounds, Region};
 use super::contacts::{Contact, Contacts, ToolBody};
 use super::crossings::{Allowed, crossings};
 use super::deviation::{Fineness, PartDeviation, measure};
+use super::faults::Faults;
+use super::findings::{self, ROUNDING};
 use super::motion_tree::Instant;
 use super::record::{
-    AxisRecord, CollisionRecord, DeviationRecord, ProgramRecord, RoundTripRecord, StripsRecord, ToleranceRecord,
-    Verdict, Verification,
+    AxisRecord, CollisionRecord, DeviationRecord, FindingRecord, MachineVerification, ProgramRecord, RoundTripRecord,
+    StripsRecord, ToleranceRecord, Verdict, Verification,
 };
 use super::round_trip::round_trip;
 use super::strips::{Runs, seams};
 use super::sweep::Timeline;
 use super::swept::Window;
-use crate::diagnostic::Severity;
 use crate::motion::ToolPath;
+use crate::nc::{Findings, Program};
 use crate::part::Part;
 use crate::simulate::{LimitViolation, ToolMotion};
 use crate::tool::{Section, Tool};
@@ -23,7 +25,9 @@ use crate::tool::{Section, Tool};
 /// What is verified against what.
 #[derive(Clone, Copy, Debug)]
 pub struct Subject<'a> {
-    /// The program's motion.
+    /// The program as it was read.
+    pub program: &'a Program,
+    /// Its motion.
     pub motion: &'a ToolMotion,
     /// The tool it moves.
     pub tool: &'a Tool,
@@ -83,11 +87,11 @@ pub struct Verified {
     pub runs: Runs,
 }
 
+/// Height above the tip at which motions are compared where no tool is known, mm.
+const BESIDE_TIP: f64 = 50.0;
+
 /// Samples over the part's region when no spacing is given.
 const SAMPLES: f64 = 20_000.0;
-
-/// Rounding allowed when a figure is compared with its tolerance, mm.
-const ROUNDING: f64 = 1e-9;
 
 /// Sweeps the tool, measures the part, and judges.
 pub fn verify(subject: &Subject<'_>, settings: &Settings) -> Verified {
@@ -116,14 +120,22 @@ pub fn verify(subject: &Subject<'_>, settings: &Settings) -> Verified {
         contacts.add(&runs, contact);
     }
 
+    let contacts = contacts.into_sorted();
     let axes = motion.axis_report();
+    let deviation = deviation_record(&part, subject.tolerance, settings.window, bounds);
+    let faults = Faults { surface: &subject.part.surface, sweep: &sweep, part: &part, runs: &runs };
+    let line = |block: usize| motion.segments().get(block).map_or(0, |segment| segment.line);
+    let mut found = findings::of_part(&faults, &deviation, line);
+    found.extend(findings::of_contacts(&contacts, line));
+    let how = (subject.tool.flute_length(), settings.despite_unknown_text);
+    let listed = list(subject.program, motion, &axes.limits, how, found);
     let round_trip = subject.path.and_then(|path| round_trip(motion, path, subject.tool.flute_length()));
     let mut record = Verification {
         format: "regulus-verify",
         version: 1,
         verdict: Verdict::Pass,
         reasons: Vec::new(),
-        deviation: deviation_record(&part, subject.tolerance, settings.window, bounds),
+        deviation,
         strips: StripsRecord {
             count: seams.strips,
             kink_max_deg: seams.kink_max_deg,
@@ -135,7 +147,8 @@ pub fn verify(subject: &Subject<'_>, settings: &Settings) -> Verified {
             .map(|r| RoundTripRecord { tip_max_mm: r.tip_max, axis_max_deg: r.axis_max.to_degrees() }),
         axes: AxisRecord::all(&axes),
         limits: axes.limits,
-        collisions: contacts.into_sorted().iter().map(|c| collision(motion, c)).collect(),
+        collisions: contacts.iter().map(|c| collision(motion, c)).collect(),
+        findings: listed,
     };
     record.reasons = reasons(&record, &part, motion, settings);
     if !record.reasons.is_empty() {
@@ -183,31 +196,90 @@ fn place(motion: &ToolMotion, when: Instant) -> (usize, f64) {
     motion.segments().get(when.block).map_or((0, 0.0), |s| (s.line, s.start + when.share * s.duration))
 }
 
+/// What is found in program and motion, with what was found elsewhere, in the order of the program. `height` is that above
+/// the tip at which motions are compared beside the tip, mm; `despite` makes warnings of doubts.
+fn list(
+    program: &Program,
+    motion: &ToolMotion,
+    limits: &[LimitViolation],
+    (height, despite): (f64, bool),
+    mut found: Vec<FindingRecord>,
+) -> Vec<FindingRecord> {
+    found.extend(findings::of_limits(limits));
+    let fails = found.iter().any(FindingRecord::is_error);
+    found.extend(findings::of_motion(program, motion, height, fails, despite));
+    findings::sorted(found)
+}
+
+/// Judges a program by what the machine makes of it, without a part: text and state of the control, the course of the
+/// motion, limits. `despite_unknown_text` gives a verdict although the control may do something else with some of it.
+pub fn verify_motion(program: &Program, motion: &ToolMotion, despite_unknown_text: bool) -> MachineVerification {
+    let axes = motion.axis_report();
+    let findings = list(program, motion, &axes.limits, (BESIDE_TIP, despite_unknown_text), Vec::new());
+    let mut reasons: Vec<String> = doubt_reason(motion.findings(), despite_unknown_text).into_iter().collect();
+    reasons.extend(fault_reasons(&findings));
+    reasons.extend(limit_reason(&axes.limits));
+    MachineVerification {
+        format: "regulus-verify",
+        version: 1,
+        verdict: if reasons.is_empty() { Verdict::Pass } else { Verdict::Fail },
+        reasons,
+        deviation: (),
+        strips: (),
+        program: ProgramRecord::of(motion),
+        round_trip: (),
+        axes: AxisRecord::all(&axes),
+        limits: axes.limits,
+        collisions: [],
+        findings,
+    }
+}
+
 /// Why the program fails, worst first.
 fn reasons(record: &Verification, part: &PartDeviation, motion: &ToolMotion, settings: &Settings) -> Vec<String> {
-    let mut reasons = Vec::new();
-    let findings = motion.findings();
-    if findings.any_error() && !settings.despite_unknown_text {
-        let errors = || findings.list().iter().filter(|f| f.severity == Severity::Error);
-        let first = errors().next().map_or(String::new(), |f| format!(", first line {}: {}", f.line, f.message));
-        let count = errors().count() + findings.omitted();
-        reasons.push(format!("what the control does is not certain: {count} finding(s){first}"));
-    }
-    if record.program.cut_length_mm == 0.0 {
-        reasons.push("the program makes no move at feed".to_owned());
-    }
+    let mut reasons: Vec<String> = doubt_reason(motion.findings(), settings.despite_unknown_text).into_iter().collect();
+    reasons.extend(fault_reasons(&record.findings));
     deviation_reasons(&mut reasons, record, part, motion, settings);
     for c in &record.collisions {
         reasons.push(format!("line {}: {} {:.4} mm into the {}", c.line, c.body_a, c.depth_mm, c.body_b));
     }
-    if let Some(LimitViolation { line, axis, kind, value, limit }) = record.limits.first() {
-        let kind = format!("{kind:?}").to_lowercase();
-        let count = record.limits.len();
-        reasons.push(format!(
-            "{count} axis limit(s) passed, the first on line {line}: {kind} of {axis} is {value:.4}, the limit {limit:.4}"
-        ));
+    reasons.extend(limit_reason(&record.limits));
+    reasons
+}
+
+/// That the control may do something else than what was followed.
+fn doubt_reason(findings: &Findings, despite: bool) -> Option<String> {
+    if !findings.any_doubt() || despite {
+        return None;
+    }
+    let doubts = || findings.list().iter().filter(|finding| finding.leaves_doubt());
+    let first = doubts().next().map_or(String::new(), |f| format!(", first line {}: {}", f.line, f.message));
+    let count = doubts().count() + findings.omitted();
+    Some(format!("what the control does is not certain: {count} finding(s){first}"))
+}
+
+/// What is wrong with the program whatever the part: the first finding of each rule.
+fn fault_reasons(findings: &[FindingRecord]) -> Vec<String> {
+    let mut said: Vec<&str> = Vec::new();
+    let mut reasons = Vec::new();
+    for finding in findings.iter().filter(|finding| finding.is_error() && findings::is_of_program(finding)) {
+        if !said.contains(&finding.id) {
+            said.push(finding.id);
+            let line = finding.line.map_or(String::new(), |line| format!("line {line}: "));
+            reasons.push(format!("{line}{}", finding.message));
+        }
     }
     reasons
+}
+
+/// That limits are passed.
+fn limit_reason(limits: &[LimitViolation]) -> Option<String> {
+    let LimitViolation { line, axis, kind, value, limit } = limits.first()?;
+    let kind = format!("{kind:?}").to_lowercase();
+    let count = limits.len();
+    Some(format!(
+        "{count} axis limit(s) passed, the first on line {line}: {kind} of {axis} is {value:.4}, the limit {limit:.4}"
+    ))
 }
 
 fn deviation_reasons(

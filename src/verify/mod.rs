@@ -4,11 +4,15 @@
 mod body;
 mod bound;
 mod contacts;
+mod course;
 mod crossings;
 mod deviation;
 mod fan;
+mod faults;
+mod findings;
 mod judge;
 mod measured;
+mod modal;
 mod motion_tree;
 mod plane;
 mod ray;
@@ -21,13 +25,13 @@ mod swept;
 
 pub use contacts::{Contact, Obstacle, ToolBody};
 pub use deviation::PartDeviation;
-pub use judge::{Settings, Subject, Verified, verify};
+pub use judge::{Settings, Subject, Verified, verify, verify_motion};
 pub use measured::MeasuredSample;
 pub use motion_tree::{BlockMotion, Instant};
 pub use ray::NormalRay;
 pub use record::{
-    AxisRecord, CollisionRecord, DeviationRecord, ProgramRecord, RoundTripRecord, StripsRecord, ToleranceRecord,
-    Verdict, Verification, by_letter,
+    AxisRecord, CollisionRecord, DeviationRecord, FindingRecord, MachineVerification, ProgramRecord, RoundTripRecord,
+    StripsRecord, ToleranceRecord, Verdict, Verification, by_letter,
 };
 pub use strips::Runs;
 pub use swept::{Touch, Window};

@@ -1,8 +1,12 @@
-//! The record of a verification, as it is written to `verify.json`. Uses `simulate` for limits.
+//! The record of a verification, as it is written to `verify.json`. Uses `simulate` for limits and the findings of `nc`.
 
+use crate::diagnostic::Severity;
+use crate::geometry::Point;
+use crate::nc::{Finding, FindingCode};
 use crate::simulate::{AxisReport, AxisStatistics, LimitViolation, SegmentKind, ToolMotion};
 use serde::ser::SerializeMap;
 use serde::{Serialize, Serializer};
+use std::ops::Range;
 
 /// Pass or fail.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -40,6 +44,103 @@ pub struct Verification {
     pub limits: Vec<LimitViolation>,
     /// The tool where it must not be, in the order of time.
     pub collisions: Vec<CollisionRecord>,
+    /// Everything found, in the order of the program, what has no line behind it.
+    pub findings: Vec<FindingRecord>,
+}
+
+/// What is found of a program on its machine without a part, in the order of the file: the keys of [`Verification`], those
+/// about the part null.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct MachineVerification {
+    /// `regulus-verify`.
+    pub format: &'static str,
+    /// 1.
+    pub version: u32,
+    /// Whether the machine can run the program as it is.
+    pub verdict: Verdict,
+    /// Why not, one sentence each; empty for a pass.
+    pub reasons: Vec<String>,
+    /// Null: there is no part.
+    pub deviation: (),
+    /// Null: there is no part.
+    pub strips: (),
+    /// The program's size.
+    pub program: ProgramRecord,
+    /// Null: there is no tool path.
+    pub round_trip: (),
+    /// What each axis does, under its letter, in the machine's order.
+    #[serde(serialize_with = "by_letter")]
+    pub axes: Vec<(char, AxisRecord)>,
+    /// Limits passed, in the order of the program.
+    pub limits: Vec<LimitViolation>,
+    /// Empty: there is no part.
+    pub collisions: [(); 0],
+    /// Everything found, in the order of the program.
+    pub findings: Vec<FindingRecord>,
+}
+
+/// Something found in a program, in its motion, or on the part.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct FindingRecord {
+    /// Line of the program, from 1; null where no line is to blame.
+    pub line: Option<usize>,
+    /// `error` or `warning`.
+    pub severity: &'static str,
+    /// Stable code of the rule, such as `R701`.
+    pub id: &'static str,
+    /// Stable name of the rule, such as `overcut`.
+    pub code: &'static str,
+    /// What is wrong.
+    pub message: String,
+    /// What to do about it.
+    pub help: String,
+    /// Where on the part, part frame, mm; null where that is nowhere.
+    pub point_mm: Option<[f64; 3]>,
+    /// Bytes of the program that are meant, where there are any.
+    #[serde(skip)]
+    pub span: Option<Range<usize>>,
+}
+
+impl FindingRecord {
+    /// A finding of the weight that its rule has.
+    pub fn new(code: FindingCode, line: Option<usize>, message: String) -> Self {
+        let finding = Finding::new(code, line.unwrap_or_default(), message, code.rule().remedy);
+        Self { line, ..Self::from(&finding) }
+    }
+
+    /// The same about a place on the part.
+    #[must_use]
+    pub fn at(self, point: Point) -> Self {
+        Self { point_mm: Some(point.into()), ..self }
+    }
+
+    /// Whether it keeps the program from passing.
+    pub fn is_error(&self) -> bool {
+        self.severity == severity_name(Severity::Error)
+    }
+}
+
+impl From<&Finding> for FindingRecord {
+    fn from(finding: &Finding) -> Self {
+        Self {
+            line: Some(finding.line),
+            severity: severity_name(finding.severity),
+            id: finding.code.id(),
+            code: finding.code.name(),
+            message: finding.message.clone(),
+            help: finding.help.clone(),
+            point_mm: None,
+            span: finding.span.clone(),
+        }
+    }
+}
+
+/// The name of a severity in files.
+fn severity_name(severity: Severity) -> &'static str {
+    match severity {
+        Severity::Warning => "warning",
+        Severity::Error => "error",
+    }
 }
 
 /// Deviation of the part's whole given region.

@@ -108,7 +108,9 @@ impl Emitted {
     /// What another motion of the tool leaves of the part.
     pub(crate) fn deviation_of(&self, motion: &ToolMotion) -> DeviationRecord {
         let (tool, part) = (self.inputs.tool().unwrap(), &self.inputs.part);
-        let subject = Subject { motion, tool, part, tolerance: self.deviation.tolerance, path: None };
+        let program = Program::default();
+        let subject =
+            Subject { program: &program, motion, tool, part, tolerance: self.deviation.tolerance, path: None };
         verify(&subject, &Settings::default()).record.deviation
     }
 }

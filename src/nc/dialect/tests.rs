@@ -97,7 +97,7 @@ fn klartext_statements() {
     assert!(program.arcs[0].clockwise && !program.arcs[1].clockwise);
     assert_eq!(program.arcs[0].centre, ArcCentre::Point { words: [0.0; 3], absolute: true });
     let said = changes(&program);
-    assert_eq!(said[..2], [Change::Tool(5), Change::Length(LengthOffset::OwnTool)]);
+    assert_eq!(said[..3], [Change::Units { inch: false }, Change::Tool(5), Change::Length(LengthOffset::OwnTool)]);
     assert!(said.contains(&Change::Interpolation(Some(TcpInterpolation::GreatCircle))), "{said:?}");
     assert_eq!(said.iter().filter(|change| matches!(change, Change::Tcp(_))).count(), 2);
 }

@@ -94,7 +94,8 @@ impl Interpreter<'_> {
         let lacking = AxisSet(given.0 & !self.rules.axes.0);
         for index in lacking.indices() {
             let letter = AXIS_LETTERS[index];
-            let message = format!("the machine has no axis {letter}");
+            let known: String = self.rules.axes.indices().filter_map(|k| AXIS_LETTERS.get(k)).collect();
+            let message = format!("the machine has no axis {letter}; it has {known}");
             let help = "post for this machine, or check that the machine file is the right one";
             self.find_letter(block, letter as u8, FindingCode::MissingAxis, &message, help);
         }

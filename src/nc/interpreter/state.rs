@@ -27,7 +27,7 @@ impl Interpreter<'_> {
             }
             self.feed_unit = unit;
         }
-        self.inch = codes.inch.unwrap_or(self.inch);
+        self.change_units(block, codes);
         self.change_feed(block, letters, codes);
         if let Some(tool) = letters.get(b'T') {
             self.tool = self.whole(block, b'T', tool);
@@ -57,6 +57,16 @@ impl Interpreter<'_> {
             self.motion = MotionState::Unset;
             self.said_no_motion = false;
         }
+    }
+
+    fn change_units(&mut self, block: &Block, codes: &BlockCodes) {
+        let Some(inch) = codes.inch else { return };
+        if inch != self.inch && !self.program.moves.is_empty() {
+            let message = "the unit of length changes after the first move";
+            self.note(block, FindingCode::UnitsChange, message, "write one unit in the header, and keep to it");
+        }
+        self.inch = inch;
+        self.change(block, Change::Units { inch });
     }
 
     fn change_feed(&mut self, block: &Block, letters: &Letters, codes: &BlockCodes) {

@@ -24,14 +24,15 @@ fn cuts() -> String {
 fn motion(text: &str) -> ToolMotion {
     let machine = Machine::named("xyzac-trt").unwrap();
     let setup = Setup::new(&machine, "G54", 200.0).unwrap();
-    simulate(&read(text.as_bytes(), &Rules::of(&machine)), &setup, Some(1))
+    simulate(&read(text.as_bytes(), &Rules::of(&machine)), &setup, Some(1.into()))
 }
 
 fn check(text: &str, path: Option<&ToolPath>, settings: &Settings) -> Verified {
     let part = Part { name: "plane".into(), surface: plane([-20.0, 20.0], [-8.0, 8.0]), body: None, check: vec![] };
     let tolerance = ToleranceRecord { overcut: 0.005, undercut: 0.02 };
     let (motion, tool) = (motion(text), cylinder(10.0));
-    verify(&Subject { motion: &motion, tool: &tool, part: &part, tolerance, path }, settings)
+    let program = read(text.as_bytes(), &Rules::of(motion.setup().machine()));
+    verify(&Subject { program: &program, motion: &motion, tool: &tool, part: &part, tolerance, path }, settings)
 }
 
 fn judged(body: &str) -> Verified {
