@@ -25,7 +25,7 @@ pub use inspect::{
     inspect_program, to_json,
 };
 pub use inspect_path::{OperationSummary, PathSummary, inspect_path};
-pub use pace::{Load, Pace, Passage, SlowBlock};
+pub use pace::{Load, Pace, Passage, SlowStretch};
 pub use page::page;
 pub use retarget::{Recovered, RetargetGoal, RetargetRequest, Retargeted, recover, retarget};
 pub use stages::{Judged, Judging, PostRequest, Posted, judge, plan, plan_observed, post, post_job};

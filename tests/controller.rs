@@ -14,14 +14,14 @@ mod rig;
 
 #[cfg(test)]
 mod tests {
-    use crate::compare::{fastest_at_feed, joint_motion, joints, largest_step, way};
+    use crate::compare::{at_feed, fastest, joint_motion, joints, largest_step, way};
     use crate::emitted::Emitted;
-    use crate::rig::{CanonicalMove, Rig, Sample, present};
+    use crate::rig::{CanonicalMove, Kind, Rig, Sample, present};
     use regulus::geometry::{Point, Vector};
     use regulus::machine::{DialectOptions, Machine};
     use regulus::nc::program::{Frame, Program, Way};
     use regulus::nc::{FindingCode, Rules, read};
-    use regulus::simulate::simulate;
+    use regulus::simulate::{SegmentKind, simulate};
 
     /// What the rounding of numbers may do, mm and degrees.
     const ROUNDING: f64 = 1e-9;
@@ -30,6 +30,8 @@ mod tests {
     const CORNER: f64 = 1e-6;
     /// By what share a joint may pass its top speed inside a block: ours keep it from quarter point to quarter point.
     const SPEED: f64 = 1e-3;
+    /// By what share our time of all feed moves may differ.
+    const TIME: f64 = 0.02;
     /// What following the joints in steps of a cycle may do to the part, mm.
     const CYCLES: f64 = 1e-4;
 
@@ -64,9 +66,19 @@ mod tests {
         println!("{name}: {way:?}");
         assert!(way.off.within(ROUNDING), "{name}: {way:?}");
         assert!(way.missed.within(CORNER), "{name}: {way:?}");
-        let speed = fastest_at_feed(setup, samples);
-        println!("{name}: joints reach {speed} of their top speed at feed");
-        assert!(speed <= 1.0 + SPEED, "{name}: {speed} of the top speed");
+        for kind in [Kind::Feed, Kind::Rapid] {
+            let speed = fastest(setup, samples, kind);
+            println!("{name}: joints reach {speed} of their top speed, {kind:?}");
+            assert!(speed <= 1.0 + SPEED, "{name}: {speed} of the top speed, {kind:?}");
+        }
+    }
+
+    /// The feed moves must take as long as we say: each goes from rest to rest (G61).
+    fn assert_takes_as_long(emitted: &Emitted, samples: &[Sample]) {
+        let feed = emitted.motion.segments().iter().filter(|segment| segment.kind == SegmentKind::Feed);
+        let (ours, theirs) = (feed.map(|segment| segment.duration).sum::<f64>(), at_feed(samples));
+        println!("{}: feed moves take {ours} s, {theirs} s there", emitted.setup().machine().name);
+        assert!((ours / theirs - 1.0).abs() <= TIME, "{ours} s, {theirs} s there");
     }
 
     /// All of it: text, joints, way, part.
@@ -82,6 +94,7 @@ mod tests {
         assert_read_alike(&emitted.program, &rig.accept(&emitted.text).unwrap());
         let samples = play(&rig, &emitted.text);
         assert_moves_alike(emitted, &samples);
+        assert_takes_as_long(emitted, &samples);
 
         let (ours, theirs) = (&emitted.deviation, emitted.deviation_of(&joint_motion(&emitted.motion, &samples)));
         let overcut = (ours.overcut_max_mm, theirs.overcut_max_mm);
@@ -270,7 +283,7 @@ mod tests {
         assert!(taken_alike(TAKEN));
     }
 
-    const REFUSED: [&str; 26] = [
+    const REFUSED: [&str; 28] = [
         "G43.4 H7",
         "G43.5 H7",
         "G68.2 X0 Y0 Z0 I0 J0 K0",
@@ -297,6 +310,8 @@ mod tests {
         "Q",
         "G1 X F100",
         "G1 X1.2.3 F100",
+        "X1 Y2 G80",
+        "S-1",
     ];
 
     const TAKEN: &str = "g1 x1 f100

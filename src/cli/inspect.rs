@@ -139,32 +139,31 @@ fn describe_pace(text: &mut String, pace: &Pace) {
         let (load, [first, last]) = (&passage.busiest, passage.lines);
         let _ = writeln!(
             text,
-            "  lines {first} to {last}: {:.2} s, {:.1} mm, mean {:.0}, usually {:.0} mm/min, {} at {:.0} % of its {}",
+            "  lines {first} to {last}: {:.2} s, {:.1} mm, mean {:.0}, usually {:.0} mm/min, {}",
             passage.seconds,
             passage.length_mm,
             passage.mean_feed,
             passage.usual_feed,
-            load.axis,
-            load.share * 100.0,
-            load.kind
+            load.words()
         );
     }
     for (cause, seconds) in &pace.lost_s {
-        let cause = if cause.len() > 1 { format!("as {cause}") } else { format!("by axis {cause}") };
+        let cause = match cause.as_str() {
+            "programmed" => "as programmed".to_owned(),
+            "block-rate" => "by the control's block rate".to_owned(),
+            letter => format!("by axis {letter}"),
+        };
         let _ = writeln!(text, "slower      {seconds:.2} s against the usual feed of each passage, {cause}");
     }
     for slow in pace.slowest.iter().take(SLOWEST) {
-        let load = &slow.busiest;
+        let [first, last] = slow.lines;
         let _ = writeln!(
             text,
-            "  line {}: {:.0} of {:.0} mm/min, {:.3} s more, {} at {:.0} % of its {}",
-            slow.line,
+            "  lines {first} to {last}: down to {:.0} of {:.0} mm/min, {:.3} s more, {}",
             slow.feed,
             slow.usual_feed,
             slow.lost_s,
-            load.axis,
-            load.share * 100.0,
-            load.kind
+            slow.busiest.words()
         );
     }
 }

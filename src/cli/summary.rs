@@ -167,6 +167,9 @@ pub(super) fn of_verdict(record: &Verification) -> String {
         strips.count, strips.kink_max_deg, strips.kink_mean_deg, strips.gap_max_mm
     );
     text.push_str(&of_size(program));
+    if program.blending_mm > 0.0 {
+        let _ = writeln!(text, "corners     the program lets the control round them by {} mm", program.blending_mm);
+    }
     if let Some(trip) = &record.round_trip {
         let _ = writeln!(
             text,

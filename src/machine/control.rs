@@ -136,6 +136,17 @@ pub enum Rollover {
     Within,
 }
 
+/// Which rotary axes turn the shorter way where a program asks for it (M126, DC).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ShortestWay {
+    /// Wrapped axes; the words of others are literal angles.
+    #[default]
+    Wrapped,
+    /// Any axis, as far as its travel allows the angle at which it would end; else its word is a literal angle.
+    WithinTravel,
+}
+
 /// What a number without decimal point means in a word for a length or an angle.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -179,6 +190,8 @@ pub struct DialectOptions {
     pub max_block_rate: f64,
     /// Longest block, characters without the line end.
     pub max_block_length: usize,
+    /// G codes that call a tool's length by its number (H) and end it.
+    pub length_codes: [String; 2],
     /// Code that turns TCP on for rotary angles; `None` where the control is always in TCP, or never.
     pub tcp_on: Option<String>,
     /// Code that turns TCP on for tool vectors; `None` where [`Self::tcp_on`] does.
@@ -194,8 +207,14 @@ pub struct DialectOptions {
     pub tcp_limits_axes: bool,
     /// How they turn between blocks that give tool vectors.
     pub vector_interpolation: TcpInterpolation,
+    /// Whether the control stops at the end of each feed block where a program asks for exact ends (G61, G9, G60).
+    pub exact_stop: bool,
+    /// Seconds between the places that the control interpolates: it stops at one of them. Zero where that is not known.
+    pub cycle: f64,
     /// Which way a wrapped rotary axis turns.
     pub rollover: Rollover,
+    /// Which rotary axes turn the shorter way where a program asks for it.
+    pub shortest_way: ShortestWay,
     /// What a number without decimal point means.
     pub number_without_point: PointRule,
     /// What such a number counts, mm and degrees.
@@ -220,6 +239,8 @@ impl DialectOptions {
     /// What holds where a machine file says nothing: careful values for the dialect.
     pub fn of(dialect: Dialect) -> Self {
         let code = |text: &str| Some(text.to_owned());
+        // The tool call brings the length along.
+        let no_codes = || [String::new(), String::new()];
         let iso = Self {
             linear_digits: 4,
             rotary_digits: 4,
@@ -234,6 +255,7 @@ impl DialectOptions {
             feed_radius: DEGREE_AS_MM,
             max_block_rate: 1e6,
             max_block_length: 128,
+            length_codes: ["G43".into(), "G49".into()],
             tcp_on: None,
             tcp_on_vectors: None,
             tcp_off: None,
@@ -241,7 +263,10 @@ impl DialectOptions {
             tcp_interpolation: TcpInterpolation::RotaryLinear,
             tcp_limits_axes: true,
             vector_interpolation: TcpInterpolation::GreatCircle,
+            exact_stop: true,
+            cycle: 0.0,
             rollover: Rollover::Shortest,
+            shortest_way: ShortestWay::Wrapped,
             number_without_point: PointRule::Required,
             least_increment: 0.001,
             decimal_comma: false,
@@ -262,16 +287,27 @@ impl DialectOptions {
                 tcp_on: code("M428"),
                 tcp_off: code("M429"),
                 tcp_at_start: true,
+                tcp_limits_axes: false,
+                cycle: 0.001,
                 rollover: Rollover::Sign,
                 number_without_point: PointRule::Unit,
                 start_lines: vec!["G61".into()],
                 ..iso
             },
-            Dialect::Fanuc30i | Dialect::MazakSmooth => fanuc(),
+            Dialect::Fanuc30i => fanuc(),
+            // G61.1 is a mode of high accuracy, not of stops.
+            Dialect::MazakSmooth => Self { exact_stop: false, ..fanuc() },
             Dialect::HaasNgc => Self { tcp_on: code("G234"), tcp_on_vectors: None, ..fanuc() },
-            Dialect::OkumaOsp => Self { tcp_on: code("G169"), tcp_off: code("G170"), ..iso },
-            Dialect::GrblHal => Self { max_block_length: 255, number_without_point: PointRule::Unit, ..iso },
+            Dialect::OkumaOsp => {
+                Self { length_codes: ["G56".into(), "G53".into()], tcp_on: code("G169"), tcp_off: code("G170"), ..iso }
+            }
+            // Corners are passed exactly without a stop, whatever is asked for.
+            Dialect::GrblHal => {
+                Self { exact_stop: false, max_block_length: 255, number_without_point: PointRule::Unit, ..iso }
+            }
             Dialect::Siemens840d => Self {
+                length_codes: no_codes(),
+                shortest_way: ShortestWay::WithinTravel,
                 vector_digits: 8,
                 max_block_length: 512,
                 tcp_on: code("TRAORI"),
@@ -280,6 +316,7 @@ impl DialectOptions {
                 ..iso
             },
             Dialect::HeidenhainTnc => Self {
+                length_codes: no_codes(),
                 vector_digits: 8,
                 feed_mode: FeedMode::PerMinute,
                 feed_radius: 0.0,
@@ -297,7 +334,7 @@ impl DialectOptions {
 /// A work offset: where the part's zero stands in the machine frame at rotary zero.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WorkOffset {
-    /// G code that selects it, such as `G54`.
+    /// Code that selects it, with the word of its number where it has one: `G54`, `G54.1 P3`, `G15 H1`.
     pub name: String,
     /// X, Y, Z of the part's zero, mm.
     pub linear: [f64; 3],

@@ -2,7 +2,7 @@
 
 use super::control::{
     Control, Dialect, DialectOptions, FeedMode, InverseTimeUnit, LengthUnit, OrientationWords, PointRule, Rollover,
-    TcpInterpolation, WorkOffset,
+    ShortestWay, TcpInterpolation, WorkOffset,
 };
 use super::file_reader::{LONGEST, Reader};
 use super::file_rotary::RawRotary;
@@ -110,6 +110,7 @@ struct RawOptions {
     feed_radius: Option<f64>,
     max_block_rate: Option<f64>,
     max_block_length: Option<usize>,
+    length_codes: Option<[String; 2]>,
     tcp_on: Option<String>,
     tcp_on_vectors: Option<String>,
     tcp_off: Option<String>,
@@ -117,7 +118,10 @@ struct RawOptions {
     tcp_interpolation: Option<TcpInterpolation>,
     tcp_limits_axes: Option<bool>,
     vector_interpolation: Option<TcpInterpolation>,
+    exact_stop: Option<bool>,
+    cycle: Option<f64>,
     rollover: Option<Rollover>,
+    shortest_way: Option<ShortestWay>,
     number_without_point: Option<PointRule>,
     least_increment: Option<f64>,
     decimal_comma: Option<bool>,
@@ -254,6 +258,14 @@ impl Reader<'_> {
         })
     }
 
+    fn cycle(&self, seconds: f64) -> Result<f64> {
+        if (0.0..=1.0).contains(&seconds) {
+            return Ok(seconds);
+        }
+        let message = format!("a cycle of {seconds} s is not one that a control interpolates by");
+        self.bad("control.options.cycle", message, "write seconds, such as 0.001, or 0 where it is not known")
+    }
+
     fn options(&self, dialect: Dialect, raw: &RawOptions) -> Result<DialectOptions> {
         let default = DialectOptions::of(dialect);
         let path = |key: &str| format!("control.options.{key}");
@@ -307,6 +319,7 @@ impl Reader<'_> {
                 "blocks a second",
             )?,
             max_block_length,
+            length_codes: raw.length_codes.clone().unwrap_or(default.length_codes),
             tcp_on: code(&raw.tcp_on, default.tcp_on),
             tcp_on_vectors: code(&raw.tcp_on_vectors, default.tcp_on_vectors),
             tcp_off: code(&raw.tcp_off, default.tcp_off),
@@ -314,7 +327,10 @@ impl Reader<'_> {
             tcp_interpolation: raw.tcp_interpolation.unwrap_or(default.tcp_interpolation),
             tcp_limits_axes: raw.tcp_limits_axes.unwrap_or(default.tcp_limits_axes),
             vector_interpolation: raw.vector_interpolation.unwrap_or(default.vector_interpolation),
+            exact_stop: raw.exact_stop.unwrap_or(default.exact_stop),
+            cycle: self.cycle(raw.cycle.unwrap_or(default.cycle))?,
             rollover: raw.rollover.unwrap_or(default.rollover),
+            shortest_way: raw.shortest_way.unwrap_or(default.shortest_way),
             number_without_point: raw.number_without_point.unwrap_or(default.number_without_point),
             least_increment,
             decimal_comma: raw.decimal_comma.unwrap_or(default.decimal_comma),

@@ -3,6 +3,7 @@
 
 pub mod axes;
 mod builtin;
+mod careful;
 pub mod check;
 pub mod control;
 mod course;
@@ -40,7 +41,7 @@ pub use builtin::{BUILTIN, builtin};
 pub use check::{CheckReport, check};
 pub use control::{
     Control, Dialect, DialectOptions, FeedMode, InverseTimeUnit, LengthUnit, OrientationWords, PointRule, Rollover,
-    TcpInterpolation, WorkOffset,
+    ShortestWay, TcpInterpolation, WorkOffset,
 };
 pub use linearize::{LinearizeOptions, Linearized, axis_positions, linearize};
 pub use model::{AxisZero, Carrier, LinearAxis, Machine, RotaryAxis, RotaryMotion, Sense, Spindle, Travel};

@@ -209,6 +209,13 @@ fn options() -> Value {
             },
             "max_block_rate": positive("Most blocks that the control takes in a second."),
             "max_block_length": { "type": "integer", "minimum": 60, "description": "Characters of a block." },
+            "length_codes": {
+                "type": "array",
+                "items": { "type": "string" },
+                "minItems": 2,
+                "maxItems": 2,
+                "description": "G codes that call a tool's length by its number (H) and end it.",
+            },
             "tcp_on": text("Code that turns TCP on; empty where there is none."),
             "tcp_on_vectors": text("Code that turns TCP on for tool vectors, where tcp_on does not."),
             "tcp_off": text("Code that turns TCP off; empty where there is none."),
@@ -221,9 +228,20 @@ fn options() -> Value {
                 "enum": ["rotary-linear", "great-circle"],
                 "description": "How it turns between blocks with tool vectors.",
             },
+            "exact_stop": flag("Whether the control stops at the end of each feed block on G61, G9 or G60."),
+            "cycle": {
+                "type": "number",
+                "minimum": 0,
+                "maximum": 1,
+                "description": "Seconds between the places that the control interpolates; 0 where that is not known.",
+            },
             "rollover": {
                 "enum": ["shortest", "sign", "within"],
                 "description": "Which way a wrapped axis turns: the shorter, that of the word's sign, or never past zero.",
+            },
+            "shortest_way": {
+                "enum": ["wrapped", "within-travel"],
+                "description": "Which rotary axes turn the shorter way on M126 or DC(): wrapped ones, or any within its travel.",
             },
             "number_without_point": {
                 "enum": ["required", "unit", "increment"],

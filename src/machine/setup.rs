@@ -22,7 +22,7 @@ use crate::diagnostic::{Diagnostic, Result};
 use crate::geometry::{Direction, Point, Vector};
 use crate::motion::Pose;
 use nalgebra::Matrix3;
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 /// How the control gets from one block's end to the next.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -340,5 +340,7 @@ impl Segment<'_> {
 
 /// The angle that differs from `angle` by whole turns and is nearest to `near`, radians.
 pub fn unwind(angle: f64, near: f64) -> f64 {
-    angle + ((near - angle) / TAU).round() * TAU
+    let off = near - angle;
+    // Most angles along a path are near the one before.
+    if off.abs() < PI { angle } else { angle + (off / TAU).round() * TAU }
 }

@@ -130,14 +130,16 @@ impl Surveyor<'_> {
 
 /// Whether both branches can be followed from one station to the next without doubt.
 fn near_enough(from: &Station, to: &Station) -> bool {
-    let turn = from.pose.axis_angle(&to.pose);
+    // Chord and angle are the same to a thousandth at such steps.
+    let square = (from.pose.axis.into_inner() - to.pose.axis.into_inner()).norm_squared();
+    let turns_less = |step: f64| square < step * step;
     match (from.free, to.free) {
-        (true, true) => turn < AXIS_STEP,
-        (true, false) | (false, true) => turn < POLE_STEP,
+        (true, true) => turns_less(AXIS_STEP),
+        (true, false) | (false, true) => turns_less(POLE_STEP),
         (false, false) => {
             let branches = from.solutions.branches.iter().zip(&to.solutions.branches);
             let steady = |a: &f64, b: &f64| (unwind(*b, *a) - a).abs() < ROTARY_STEP;
-            turn < AXIS_STEP
+            turns_less(AXIS_STEP)
                 && branches.into_iter().all(|(a, b)| a.rotary.iter().zip(&b.rotary).all(|(a, b)| steady(a, b)))
         }
     }

@@ -32,7 +32,7 @@ pub struct Templates {
 }
 
 /// What templates may use, each with its meaning. Numbers are written in the control's own way already.
-pub const FIELDS: [(&str, &str); 32] = [
+pub const FIELDS: [(&str, &str); 35] = [
     ("name", "text: name of the tool path, as a comment may hold it"),
     ("number", "whole number: number of the program"),
     ("machine", "text: name of the machine"),
@@ -55,8 +55,14 @@ pub const FIELDS: [(&str, &str); 32] = [
     ("switchable", "true or false: whether TCP can be off"),
     ("length_on", "text: code that calls the tool length in a block of its own; empty where none is needed"),
     ("length_off", "text: code that ends it; empty where none is needed"),
+    (
+        "turn_feed",
+        "text: degrees/min at which rotary axes may turn from anywhere, where TCP cannot be off and the control does not \
+         keep the axes' speeds; else empty",
+    ),
     ("feed_radius", "text: radius at which rotary axes count for F with TCP off; 0: not at all"),
     ("per_minute", "true or false: whether feeds are per minute"),
+    ("wrapped", "true or false: whether a rotary axis counts from 0 to 360 degrees only"),
     ("letters", "list: letters of the rotary axes"),
     ("start_lines", "list: lines of the option of that name"),
     ("retract_lines", "list: lines of the option of that name"),
@@ -65,6 +71,7 @@ pub const FIELDS: [(&str, &str); 32] = [
     ("across", "text, approach only: words of X and Y there, TCP off"),
     ("joint", "text, approach only: words of all axes there, TCP off"),
     ("start", "text, approach only: words of X, Y, Z there, in the coordinates of the path"),
+    ("start_words", "list, approach only: the same one by one"),
 ];
 
 /// What is wrong with a template, with the line of the template, from 1, where it is known.
@@ -122,8 +129,8 @@ fn fault(error: &minijinja::Error) -> Fault {
 /// A value for every field.
 fn sample(tcp: bool, inch: bool, vectors: bool) -> Value {
     let flags = context! {
-        tcp, inch, vectors, great_circle => vectors, switchable => tcp, per_minute => !inch, number => 1, tool_number => 1,
-        letters => ["A", "C"], start_lines => ["G61"], retract_lines => ["G53 G0 Z0."], end_lines => ["M9"],
+        tcp, inch, vectors, wrapped => tcp, great_circle => vectors, switchable => tcp, per_minute => !inch, number => 1, tool_number => 1,
+        letters => ["A", "C"], start_words => ["X1.", "Y2.", "Z3."], start_lines => ["G61"], retract_lines => ["G53 G0 Z0."], end_lines => ["M9"],
     };
     let texts = FIELDS.iter().filter(|(_, meaning)| meaning.starts_with("text"));
     let texts: BTreeMap<&str, Value> = texts.map(|(field, _)| (*field, Value::from("1"))).collect();

@@ -72,7 +72,7 @@ pub struct Apart {
     pub tip: Largest,
     /// Of the flank points, mm.
     pub flank: Largest,
-    /// Of the times since each motion began, s.
+    /// Of the times since each motion began, or last came from a rapid to a feed, s.
     pub time: Largest,
 }
 
@@ -266,13 +266,19 @@ fn close(a: &Chain, b: &Chain, pairs: &mut Vec<[Place; 2]>) {
 fn measure(a: &Chain, b: &Chain, pairs: &[[Place; 2]]) -> Comparison {
     let mut found = Comparison::default();
     let (start_a, start_b) = (a.points[0].seconds, b.points[0].seconds);
+    // How far apart the clocks are since both were at a feed last.
+    let (mut base, mut stopped) = (0.0, false);
     let mut see = |at: Place, bt: Place, rapid: bool| {
         let (p, q) = (a.point(at), b.point(bt));
+        let clocks = (p.seconds - start_a) - (q.seconds - start_b);
+        if std::mem::replace(&mut stopped, rapid) && !rapid {
+            base = clocks;
+        }
         let lines = [p.line, q.line];
         let apart = Apart {
             tip: Largest { value: (p.tip - q.tip).norm(), lines },
             flank: Largest { value: (p.flank - q.flank).norm(), lines },
-            time: Largest { value: ((p.seconds - start_a) - (q.seconds - start_b)).abs(), lines },
+            time: Largest { value: (clocks - base).abs(), lines },
         };
         if rapid {
             found.rapid.get_or_insert_default().take(&apart);

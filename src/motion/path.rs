@@ -144,9 +144,10 @@ impl PassMotion {
             Self::Poses(poses) | Self::Timed(TimedPoses { poses, .. }) => {
                 let last = poses.len().checked_sub(1)?;
                 let leg = (t.max(0.0) as usize).min(last);
+                let share = (t - leg as f64).clamp(0.0, 1.0);
                 match poses.get(leg + 1) {
-                    Some(next) => Some(poses[leg].interpolate(next, (t - leg as f64).clamp(0.0, 1.0))),
-                    None => poses.get(leg).copied(),
+                    Some(next) if share > 0.0 => Some(poses[leg].interpolate(next, share)),
+                    _ => poses.get(leg).copied(),
                 }
             }
         }

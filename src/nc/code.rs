@@ -67,31 +67,27 @@ pub enum PathControl {
 pub struct WorkOffsetCode {
     /// Ten times the G code: 540 is G54, 591 is G59.1; [`Self::PRESET`] for an entry of the preset table.
     pub tenths: u16,
-    /// Number of an additional offset (P or H word), or of the preset; 0 for none.
-    pub number: u16,
+    /// Letter and number of the word that chooses among several, or number of the preset; `None` without.
+    pub chosen: Option<(u8, u16)>,
 }
 
 impl WorkOffsetCode {
     /// [`Self::tenths`] of an entry of a preset table (cycle 247).
     pub const PRESET: u16 = 2470;
-    /// Those of G15, whose number is an H word.
-    pub const G15: u16 = 150;
 }
 
 impl std::fmt::Display for WorkOffsetCode {
     /// As machine files name it: `G54`, `G59.1`, `G54.1 P3`, `G15 H1`, `PRESET 1`.
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self.tenths {
-            Self::PRESET => return write!(f, "PRESET {}", self.number),
-            Self::G15 => return write!(f, "G15 H{}", self.number),
-            _ => {}
+        if self.tenths == Self::PRESET {
+            return write!(f, "PRESET {}", self.chosen.map_or(0, |(_, number)| number));
         }
         write!(f, "G{}", self.tenths / 10)?;
         if !self.tenths.is_multiple_of(10) {
             write!(f, ".{}", self.tenths % 10)?;
         }
-        if self.number > 0 {
-            write!(f, " P{}", self.number)?;
+        if let Some((letter, number)) = self.chosen {
+            write!(f, " {}{number}", char::from(letter))?;
         }
         Ok(())
     }

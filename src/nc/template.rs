@@ -30,8 +30,10 @@ pub(super) struct Fields<'a> {
     pub(super) switchable: bool,
     pub(super) length_on: String,
     pub(super) length_off: String,
+    pub(super) turn_feed: String,
     pub(super) feed_radius: String,
     pub(super) per_minute: bool,
+    pub(super) wrapped: bool,
     pub(super) letters: Vec<String>,
     pub(super) start_lines: &'a [String],
     pub(super) retract_lines: &'a [String],
@@ -47,6 +49,7 @@ pub(super) struct Approach {
     pub(super) across: String,
     pub(super) joint: String,
     pub(super) start: String,
+    pub(super) start_words: Vec<String>,
 }
 
 /// The lines of a part of a program; empty ones are left out. `longest` bounds comments, characters.

@@ -8,7 +8,7 @@ use super::write_block::{BlockWriter, LINEAR, Motion, ROTARY, Words};
 use super::write_feed::{FeedWord, NoFeedWord, feed_word, unit_mm};
 use crate::diagnostic::{Diagnostic, Result};
 use crate::feed::TimedMove;
-use crate::machine::{AxisZero, DialectOptions, FeedMode, Interpolation, LengthUnit, OrientationWords, Setup};
+use crate::machine::{AxisZero, DialectOptions, FeedMode, Interpolation, LengthUnit, OrientationWords, Setup, Travel};
 use crate::motion::ToolPath;
 
 /// What to write.
@@ -182,6 +182,7 @@ impl<'a> Writer<'a> {
             across: text(&joint, &[0, 1]),
             joint: text(&joint, &[0, 1, 2, 3, 4]),
             start: text(&start, &LINEAR),
+            start_words: LINEAR.iter().map(|index| text(&start, &[*index])).collect(),
         });
         (self.at, self.rotary) = (start, first.axes.to.rotary);
         self.part(Part::Approach)
@@ -350,8 +351,9 @@ fn fields<'a>(request: &WriteRequest<'a>, style: &Style, blocks: &BlockWriter) -
         true => machine.spindle.axis_zero == AxisZero::GaugePoint && !style.length_with_tcp,
         false => options.length_offset_without_tcp,
     };
-    let [length_on, length_off] = style.length_codes;
+    let [length_on, length_off] = &options.length_codes;
     let number = path.tool.number;
+    let switchable = options.tcp_off.is_some() || !options.tcp_at_start;
     Ok(Fields {
         name: plain(&path.name),
         number: request.number,
@@ -372,11 +374,18 @@ fn fields<'a>(request: &WriteRequest<'a>, style: &Style, blocks: &BlockWriter) -
         great_circle: request.setup.interpolation(request.tcp) == Interpolation::TipAndVector,
         tcp_on: tcp_on.map_or("", String::as_str),
         tcp_off: options.tcp_off.as_deref().unwrap_or_default(),
-        switchable: options.tcp_off.is_some() || !options.tcp_at_start,
-        length_on: if length { format!("{length_on} H{number}") } else { String::new() },
-        length_off: if length { length_off.to_owned() } else { String::new() },
+        switchable,
+        length_on: if length && !length_on.is_empty() { format!("{length_on} H{number}") } else { String::new() },
+        length_off: if length { length_off.clone() } else { String::new() },
+        turn_feed: if switchable || options.tcp_limits_axes || !request.tcp {
+            String::new()
+        } else {
+            let careful = request.setup.careful_turn().to_degrees() * 60.0;
+            blocks.number(careful.min(options.max_feed).floor(), options.feed_digits)
+        },
         feed_radius: blocks.number(options.feed_radius / unit_mm(options), options.linear_digits),
         per_minute: options.feed_mode == FeedMode::PerMinute,
+        wrapped: machine.rotary.iter().any(|axis| axis.travel == Travel::Wrapped),
         letters: machine.rotary.iter().filter(|axis| axis.is_present()).map(|axis| axis.letter.to_string()).collect(),
         start_lines: &options.start_lines,
         retract_lines: &options.retract_lines,

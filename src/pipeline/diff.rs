@@ -100,13 +100,15 @@ pub(super) fn difference(
     height: f64,
 ) -> Result<Difference, Vec<Diagnostic>> {
     let runs = motions.map(|motion| runs(motion, height));
+    let whole = runs.each_ref().map(|runs| joined(runs));
+    let runs = runs.map(between_feeds);
     for (file, runs) in files.iter().zip(&runs) {
         if runs.is_empty() {
             let finding = Diagnostic::error("the program never moves at a feed").in_file(*file);
             return Err(vec![*finding.help("give a program that cuts")]);
         }
     }
-    let (Comparison { feed, rapid }, matched_by_passage) = match_runs(&runs);
+    let (Comparison { feed, rapid }, matched_by_passage) = match_runs(&runs, &whole);
     Ok(Difference {
         format: "regulus-diff",
         version: 1,
@@ -127,7 +129,7 @@ struct Run {
     points: Vec<TracePoint>,
 }
 
-/// The runs from the first to the last at a feed. Moves that lead nowhere belong to none.
+/// The runs of a motion. Moves that lead nowhere belong to none.
 fn runs(motion: &ToolMotion, height: f64) -> Vec<Run> {
     let mut runs: Vec<Run> = Vec::new();
     // Dwells are no motion: time counts where the tool moves.
@@ -137,7 +139,7 @@ fn runs(motion: &ToolMotion, height: f64) -> Vec<Run> {
         let point = |k: usize| {
             let share = k as f64 / chords as f64;
             let pose = motion.pose(segment, share);
-            let seconds = clock + segment.duration * share;
+            let seconds = clock + segment.programmed * share;
             let rapid = segment.kind == SegmentKind::Rapid;
             TracePoint { tip: pose.tip, flank: pose.at_height(height), seconds, line: segment.line, rapid }
         };
@@ -149,8 +151,17 @@ fn runs(motion: &ToolMotion, height: f64) -> Vec<Run> {
                 None => runs.push(Run { kind: segment.kind, points: (0..=chords).map(point).collect() }),
             }
         }
-        clock += segment.duration;
+        clock += segment.programmed;
     }
+    runs
+}
+
+fn joined(runs: &[Run]) -> Vec<TracePoint> {
+    runs.iter().flat_map(|run| run.points.iter().copied()).collect()
+}
+
+/// The runs from the first to the last at a feed.
+fn between_feeds(mut runs: Vec<Run>) -> Vec<Run> {
     let at_feed = |run: &Run| run.kind == SegmentKind::Feed;
     let last = runs.iter().rposition(at_feed).map_or(0, |last| last + 1);
     runs.truncate(last);
@@ -166,8 +177,9 @@ fn chords(motion: &ToolMotion, segment: &Segment, height: f64) -> usize {
     (off[0].max(off[1]) / allowed).sqrt().ceil().clamp(1.0, MOST_CHORDS) as usize
 }
 
-/// Largest differences, and whether passages were matched one by one.
-fn match_runs([a, b]: &[Vec<Run>; 2]) -> (Comparison, bool) {
+/// Largest differences, and whether passages were matched one by one. `whole` is all of both motions: where one program
+/// feeds what is a rapid in the other, both are matched from where the first of them begins to cut.
+fn match_runs([a, b]: &[Vec<Run>; 2], whole: &[Vec<TracePoint>; 2]) -> (Comparison, bool) {
     // Between two runs at a feed there is one of rapids, so as many runs are as many passages.
     if a.len() == b.len() {
         let mut found = Comparison::default();
@@ -176,15 +188,46 @@ fn match_runs([a, b]: &[Vec<Run>; 2]) -> (Comparison, bool) {
         }
         return (found, true);
     }
-    let joined = |runs: &[Run]| -> Vec<TracePoint> { runs.iter().flat_map(|run| run.points.iter().copied()).collect() };
-    (compare(&joined(a), &joined(b)).unwrap_or_default(), false)
+    let [a, b] = whole;
+    let (first, last) = (common(a, b, false), common(a, b, true));
+    let (a, b) = (between(a, first.0, last.0), between(b, first.1, last.1));
+    (compare(a, b).unwrap_or_default(), false)
 }
+
+/// The points from one to another, none if they are the wrong way round.
+fn between(points: &[TracePoint], from: usize, to: usize) -> &[TracePoint] {
+    points.get(from..=to).unwrap_or_default()
+}
+
+/// The first places, or the last ones, that both motions have in common: where one of them begins or ends to feed, and
+/// the nearest place of the other.
+fn common(a: &[TracePoint], b: &[TracePoint], last: bool) -> (usize, usize) {
+    let feeding = |points: &[TracePoint]| {
+        let mut indices: Vec<usize> = (0..points.len()).filter(|index| !points[*index].rapid).collect();
+        let ends = (indices.first().copied().map(|first| first.saturating_sub(1)), indices.pop());
+        if last { ends.1 } else { ends.0 }.unwrap_or(0)
+    };
+    let nearest = |points: &[TracePoint], place: &TracePoint| {
+        let off = |index: &usize| (points[*index].tip - place.tip).norm() + (points[*index].flank - place.flank).norm();
+        let least = (0..points.len()).map(|index| off(&index)).fold(f64::INFINITY, f64::min);
+        let mut near = (0..points.len()).filter(|index| off(index) <= least + SAME_PLACE);
+        let index = if last { near.next_back() } else { near.next() };
+        (index.unwrap_or(0), least)
+    };
+    let (from_a, from_b) = (feeding(a), feeding(b));
+    let (in_b, off_b) = a.get(from_a).map_or((0, 0.0), |place| nearest(b, place));
+    let (in_a, off_a) = b.get(from_b).map_or((0, 0.0), |place| nearest(a, place));
+    if off_b <= off_a { (from_a, in_b) } else { (in_a, from_b) }
+}
+
+/// Places whose distances from a third differ by less are the same, mm.
+const SAME_PLACE: f64 = 0.01;
 
 fn size(motion: &ToolMotion, runs: &[Run]) -> ProgramSize {
     let at_feed = || motion.segments().iter().filter(|segment| segment.kind == SegmentKind::Feed);
     ProgramSize {
         passages: runs.iter().filter(|run| run.kind == SegmentKind::Feed).count(),
-        feed_s: at_feed().map(|segment| segment.duration).sum(),
+        feed_s: at_feed().map(|segment| segment.programmed).sum(),
         duration_s: motion.duration(),
         feed_length_mm: at_feed().map(|segment| motion.tip_length(segment)).sum(),
     }

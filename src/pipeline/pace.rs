@@ -1,5 +1,5 @@
-//! Where a program's time goes: passages at a feed, the blocks that are slower than usual in their passage, and the axis
-//! that is nearest to its limit there. Uses `simulate`.
+//! Where a program's time goes: passages at a feed, the stretches that are slower than usual in their passage, and the
+//! limit that is nearest there. Uses `machine` and `simulate`.
 
 use crate::simulate::{Segment, SegmentKind, ToolMotion};
 use serde::Serialize;
@@ -7,22 +7,24 @@ use std::collections::BTreeMap;
 
 /// Share of a limit from which an axis counts as what holds a block back.
 const BUSY: f64 = 0.8;
-/// Slow blocks that are listed.
+/// Slow stretches that are listed.
 const LISTED: usize = 20;
 /// Ways of the tip below this have no feed, mm.
 const STILL: f64 = 1e-6;
-/// What holds a block back where no axis does.
+/// What holds a block back where no limit does.
 const PROGRAMMED: &str = "programmed";
+/// What holds a block back that is as short as the control takes them.
+const BLOCK_RATE: &str = "block-rate";
 
 /// Where the time goes. Times s, feeds mm/min of the tip in the part frame.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Pace {
     /// Runs of feed moves between rapids, in the order of the program.
     pub passages: Vec<Passage>,
-    /// Blocks that cost most against the usual feed of their passage, the most costly first.
-    pub slowest: Vec<SlowBlock>,
+    /// Stretches that cost most against the usual feed of their passage, the most costly first.
+    pub slowest: Vec<SlowStretch>,
     /// Seconds that slower blocks cost against the usual feed of their passage, by what holds them back: the letter of
-    /// the axis that is nearest to its speed or acceleration limit, from 0.8 of it, or `programmed`.
+    /// the axis that is nearest to a limit, from 0.8 of it, or `block-rate`, or `programmed`.
     pub lost_s: BTreeMap<String, f64>,
     /// Seconds of rapids.
     pub rapid_s: f64,
@@ -47,12 +49,12 @@ pub struct Passage {
     pub busiest: Load,
 }
 
-/// How near an axis is to what it can.
+/// How near an axis is to what it can, or the control to the blocks that it takes.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Load {
-    /// Letter.
-    pub axis: char,
-    /// `speed` or `acceleration`.
+    /// Letter; none for the control's block rate.
+    pub axis: Option<char>,
+    /// `speed`, `acceleration`, `jerk` or `block-rate`.
     pub kind: &'static str,
     /// Share of the limit.
     pub share: f64,
@@ -60,18 +62,22 @@ pub struct Load {
     pub line: usize,
 }
 
-/// A block slower than usual in its passage.
+/// Blocks in a row that are slower than usual in their passage for one reason.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct SlowBlock {
-    /// Line.
-    pub line: usize,
-    /// Its feed.
+pub struct SlowStretch {
+    /// First and last line.
+    pub lines: [usize; 2],
+    /// Blocks.
+    pub blocks: usize,
+    /// Lowest feed.
     pub feed: f64,
     /// The usual feed of its passage.
     pub usual_feed: f64,
     /// Seconds more than at that feed.
     pub lost_s: f64,
-    /// The axis nearest to its limit.
+    /// What holds it back: letter of an axis, `block-rate` or `programmed`.
+    pub cause: String,
+    /// The limit that is nearest.
     pub busiest: Load,
 }
 
@@ -97,21 +103,32 @@ impl Pace {
         let loads = loads(motion, run);
         let lengths: Vec<f64> = run.iter().map(|segment| motion.tip_length(segment)).collect();
         let feed = |index: usize| {
-            let moved = lengths[index] > STILL && run[index].duration > 0.0;
-            moved.then(|| 60.0 * lengths[index] / run[index].duration)
+            let moved = lengths[index] > STILL && run[index].programmed > 0.0;
+            moved.then(|| 60.0 * lengths[index] / run[index].programmed)
         };
         let usual_feed = usual((0..run.len()).filter_map(|index| Some((feed(index)?, lengths[index]))).collect());
+        // The stretch that the block before belongs to.
+        let mut open: Option<(usize, SlowStretch)> = None;
         for (index, segment) in run.iter().enumerate() {
             let Some(feed) = feed(index) else { continue };
-            let lost_s = segment.duration - 60.0 * lengths[index] / usual_feed;
+            let lost_s = segment.programmed - 60.0 * lengths[index] / usual_feed;
             if lost_s <= 1e-9 {
                 continue;
             }
             let busiest = loads[index].clone();
-            let cause = if busiest.share >= BUSY { busiest.axis.to_string() } else { PROGRAMMED.to_owned() };
-            *self.lost_s.entry(cause).or_default() += lost_s;
-            self.slowest.push(SlowBlock { line: segment.line, feed, usual_feed, lost_s, busiest });
+            let cause = busiest.cause();
+            *self.lost_s.entry(cause.clone()).or_default() += lost_s;
+            let lines = [segment.line; 2];
+            let block = SlowStretch { lines, blocks: 1, feed, usual_feed, lost_s, cause, busiest };
+            open = Some(match open.take() {
+                Some((last, stretch)) if last + 1 == index && stretch.goes_on(&block) => (index, stretch.with(block)),
+                before => {
+                    self.slowest.extend(before.map(|(_, stretch)| stretch));
+                    (index, block)
+                }
+            });
         }
+        self.slowest.extend(open.map(|(_, stretch)| stretch));
         let (seconds, length_mm) =
             (run.iter().map(|segment| segment.duration).sum::<f64>(), lengths.iter().sum::<f64>());
         let busiest = loads.into_iter().reduce(|best, load| if load.share > best.share { load } else { best });
@@ -128,6 +145,42 @@ impl Pace {
     }
 }
 
+impl Load {
+    fn cause(&self) -> String {
+        match self.axis {
+            _ if self.share < BUSY => PROGRAMMED.to_owned(),
+            Some(letter) => letter.to_string(),
+            None => BLOCK_RATE.to_owned(),
+        }
+    }
+
+    /// What it is, in words.
+    pub fn words(&self) -> String {
+        match self.axis {
+            Some(letter) => format!("{letter} at {:.0} % of its {}", self.share * 100.0, self.kind),
+            None => format!("{:.0} % of the control's block rate", self.share * 100.0),
+        }
+    }
+}
+
+impl SlowStretch {
+    /// Whether a further block is slow for the same reason.
+    fn goes_on(&self, block: &Self) -> bool {
+        self.cause == block.cause && (self.cause == PROGRAMMED || self.busiest.kind == block.busiest.kind)
+    }
+
+    fn with(mut self, block: Self) -> Self {
+        self.lines[1] = block.lines[1];
+        self.blocks += 1;
+        self.feed = self.feed.min(block.feed);
+        self.lost_s += block.lost_s;
+        if block.busiest.share > self.busiest.share {
+            self.busiest = block.busiest;
+        }
+        self
+    }
+}
+
 /// The feed at which, or faster, half of the way is made; of pairs of feed and way.
 fn usual(mut feeds: Vec<(f64, f64)>) -> f64 {
     feeds.sort_by(|a, b| b.0.total_cmp(&a.0));
@@ -140,33 +193,37 @@ fn usual(mut feeds: Vec<(f64, f64)>) -> f64 {
     reached.map_or(0.0, |(feed, _)| *feed)
 }
 
-/// For each block of a run the axis nearest to its limit: mean speed in the block, and change of speed to either
-/// neighbour over the mean duration of both.
+/// For each block of a run the limit that is nearest: of mean speed in the block, of its change to either neighbour over
+/// the mean duration of both, of the change of that about the block, and of the duration of blocks.
 fn loads(motion: &ToolMotion, run: &[Segment]) -> Vec<Load> {
     let machine = motion.setup().machine();
-    let (letters, speeds, accelerations) = (machine.letters(), machine.speeds(), machine.accelerations());
-    let rates: Vec<[f64; 5]> = run
-        .iter()
-        .map(|segment| {
-            let (from, to) = (segment.from.values(), segment.to.values());
-            let rate = |k: usize| if segment.duration > 0.0 { (to[k] - from[k]) / segment.duration } else { 0.0 };
-            std::array::from_fn(rate)
-        })
-        .collect();
+    let limits = [machine.speeds(), machine.accelerations(), machine.jerks()];
+    let seconds = |index: usize| run.get(index).map_or(0.0, |segment| segment.programmed);
+    let over = |value: f64, time: f64| if time > 0.0 { value / time } else { 0.0 };
+    let rate = |index: usize, axis: usize| {
+        let way = run.get(index).map_or(0.0, |segment| segment.to.values()[axis] - segment.from.values()[axis]);
+        over(way, seconds(index))
+    };
+    // Between a block and the next.
+    let acceleration = |index: usize, axis: usize| {
+        let inside = index + 1 < run.len();
+        let change = rate(index + 1, axis) - rate(index, axis);
+        if inside { over(2.0 * change, seconds(index) + seconds(index + 1)) } else { 0.0 }
+    };
     let one = |index: usize| {
-        let mut load = Load { axis: letters[0], kind: "speed", share: 0.0, line: run[index].line };
-        for k in 0..5 {
-            let mut see = |kind, share: f64| {
-                if share > load.share {
-                    load = Load { axis: letters[k], kind, share, line: run[index].line };
-                }
-            };
-            see("speed", rates[index][k].abs() / speeds[k]);
-            for other in [index.checked_sub(1), Some(index + 1).filter(|next| *next < run.len())].into_iter().flatten()
-            {
-                let span = (run[index].duration + run[other].duration) / 2.0;
-                if span > 0.0 {
-                    see("acceleration", (rates[other][k] - rates[index][k]).abs() / span / accelerations[k]);
+        let line = run[index].line;
+        let share = over(1.0 / machine.control.options.max_block_rate, seconds(index));
+        let mut load = Load { axis: None, kind: BLOCK_RATE, share, line };
+        let before = index.checked_sub(1);
+        for (axis, letter) in machine.letters().into_iter().enumerate() {
+            let [at_start, at_end] = [before, Some(index)].map(|joint| joint.map_or(0.0, |k| acceleration(k, axis)));
+            let inside = before.is_some() && index + 1 < run.len();
+            let span = before.map_or(0.0, seconds) + seconds(index) + seconds(index + 1);
+            let jerk = if inside { over(3.0 * (at_end - at_start), span) } else { 0.0 };
+            let values = [rate(index, axis).abs(), at_start.abs().max(at_end.abs()), jerk.abs()];
+            for ((kind, value), limits) in ["speed", "acceleration", "jerk"].into_iter().zip(values).zip(limits) {
+                if value / limits[axis] > load.share {
+                    load = Load { axis: Some(letter), kind, share: value / limits[axis], line };
                 }
             }
         }
@@ -206,13 +263,42 @@ mod tests {
     fn lost_time_is_blamed_on_the_axis_at_its_limit_or_on_the_program() {
         // C turns 36 degrees in 0.1 s, all of its 360 degrees/s, while the tip makes 1 mm: 600 mm/min against 6000.
         let pace = pace_of("G93 G1 X10 F600\nX11 C36 F600\nX12 C36.1 F60\nX22 F600\n");
-        let slow: Vec<_> = pace.slowest.iter().map(|s| (s.line, s.busiest.axis)).collect();
-        assert_eq!(slow[0].0, 10);
-        let blocked = pace.slowest.iter().find(|s| s.line == 9).unwrap();
-        assert_eq!(blocked.busiest.axis, 'C');
+        assert_eq!(pace.slowest[0].lines, [10, 10]);
+        let blocked = pace.slowest.iter().find(|s| s.lines == [9, 9]).unwrap();
+        assert_eq!((blocked.busiest.axis, blocked.busiest.kind), (Some('C'), "speed"));
         assert!((blocked.feed - 600.0).abs() < 1e-6 && (blocked.lost_s - 0.09).abs() < 1e-9, "{blocked:?}");
         assert!(pace.lost_s["C"] >= 0.09 - 1e-9, "{:?}", pace.lost_s);
         let plain = pace_of("G1 X100 F6000\nX110 F3000\n");
         assert!((plain.lost_s[PROGRAMMED] - 0.1).abs() < 1e-9, "{plain:?}");
+    }
+    #[test]
+    fn blocks_in_a_row_that_are_slow_for_one_reason_are_one_stretch() {
+        let mut body = "G93 G1 X10 F600\n".to_owned();
+        for k in 1..=5 {
+            body += &format!("X{} C{} F600\n", 10 + k, 36 * k);
+        }
+        let pace = pace_of(&(body + "X100 C180 F66\n"));
+        let blocked = &pace.slowest[0];
+        assert_eq!((blocked.lines, blocked.blocks, blocked.cause.as_str()), ([9, 13], 5, "C"), "{pace:?}");
+        assert!((blocked.lost_s - pace.lost_s["C"]).abs() < 1e-9);
+    }
+
+    #[test]
+    fn jerk_and_block_rate_are_named() {
+        let of = |change: fn(&mut Machine)| {
+            let mut machine = Machine::named("xyzac-trt").unwrap();
+            change(&mut machine);
+            let blocks: String = (1..=40).map(|k| format!("X{} F6000\n", f64::from(k * k) * 0.05)).collect();
+            let text = format!("G21 G90 G61\nT1 M6\nS1000 M3\nG43 H1\nM428\nG0 X0 Y0 Z50 A0 C0\nG93 G1\n{blocks}M30\n");
+            let program = read(text.as_bytes(), &Rules::of(&machine));
+            pace(&simulate(&program, &Setup::at(&machine, [0.0; 3], 100.0).unwrap(), None))
+        };
+        let rated = of(|machine| machine.control.options.max_block_rate = 100.0);
+        assert!(rated.slowest[0].cause == BLOCK_RATE && rated.lost_s[BLOCK_RATE] > 0.0, "{rated:?}");
+        let jerked = of(|machine| {
+            machine.linear[0].jerk = Some(10.0);
+            machine.linear[0].acceleration = 1e9;
+        });
+        assert_eq!((jerked.slowest[0].busiest.axis, jerked.slowest[0].busiest.kind), (Some('X'), "jerk"), "{jerked:?}");
     }
 }

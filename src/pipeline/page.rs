@@ -1,5 +1,6 @@
 //! What the report page shows of a job.
 
+use super::pace::pace;
 use super::{Inputs, Judged};
 use crate::diagnostic::{Diagnostic, Result};
 use crate::geometry::{Degrees, Point, Radians};
@@ -7,7 +8,8 @@ use crate::machine::Travel;
 use crate::part::{DesignSurface, SampleGrid};
 use crate::plan::Plan;
 use crate::report::{
-    self, AxisTrack, Figure, Finding, Mesh, PartView, ReportData, Ruling, StripRow, Timeline, ToolSample, tool_outline,
+    self, AxisTrack, Figure, Finding, Mesh, PartView, ReportData, Ruling, SlowRow, StripRow, Timeline, ToolSample,
+    tool_outline,
 };
 use crate::simulate::{Segment, ToolMotion};
 use crate::tool::Tool;
@@ -17,6 +19,8 @@ use crate::verify::{FindingRecord, MeasuredSample, Verdict, Verified};
 /// enough to open at once.
 const MOST_SAMPLES: usize = 4000;
 const MOST_RULINGS: usize = 1200;
+/// Losses of time below this are not shown, s.
+const SHORTEST_LOSS: f64 = 0.005;
 /// Triangles along a check surface's longer side, roughly.
 const SURROUNDING_STEPS: f64 = 60.0;
 
@@ -43,11 +47,24 @@ fn data(inputs: &Inputs, tool: &Tool, judged: &Judged, program: &str) -> ReportD
         rulings: rulings(tool, motion, verified),
         tool: tool_outline(tool),
         timeline: timeline(motion),
+        slow: slow_rows(motion),
         figures: figures(verified),
         findings: findings(motion, verified),
         program: program.to_owned(),
         ..ReportData::default()
     }
+}
+
+/// Where the feed is lost.
+fn slow_rows(motion: &ToolMotion) -> Vec<SlowRow> {
+    let row = |stretch: super::pace::SlowStretch| SlowRow {
+        lines: (stretch.lines[0], stretch.lines[1]),
+        lost: stretch.lost_s,
+        feed: stretch.feed,
+        usual_feed: stretch.usual_feed,
+        cause: stretch.busiest.words(),
+    };
+    pace(motion).slowest.into_iter().filter(|stretch| stretch.lost_s >= SHORTEST_LOSS).map(row).collect()
 }
 
 /// Rows on the strips as planned.
@@ -164,7 +181,7 @@ fn timeline(motion: &ToolMotion) -> Timeline {
 
 /// Position of each axis at the end of a block, and its mean speed in it; mm, radians and s.
 fn mean_rates(segment: &Segment) -> Vec<(f64, f64)> {
-    let rate = |way: f64| if segment.duration > 0.0 { way / segment.duration } else { 0.0 };
+    let rate = |way: f64| if segment.programmed > 0.0 { way / segment.programmed } else { 0.0 };
     let ends = segment.from.values().into_iter().zip(segment.to.values());
     ends.map(|(from, to)| (to, rate(to - from))).collect()
 }

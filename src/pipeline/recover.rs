@@ -64,7 +64,7 @@ impl Follower<'_> {
         }
         let (still, corner) = (from.1 == to.1, to.0 >= 1.0);
         if !still {
-            self.timed.push(to.1, self.segment.duration * (to.0 - from.0), self.segment.line, corner);
+            self.timed.push(to.1, self.segment.programmed * (to.0 - from.0), self.segment.line, corner);
         }
     }
 }

@@ -30,6 +30,8 @@ pub struct ReportData {
     pub figures: Vec<Figure>,
     /// The strips as planned, in order; none for a program that some other system planned.
     pub strips: Vec<StripRow>,
+    /// Where the program is slower than usual, the most costly first.
+    pub slow: Vec<SlowRow>,
     /// What would help where the plan misses the tolerance, one sentence each.
     pub advice: Vec<String>,
     /// What was found in the program.
@@ -171,6 +173,21 @@ pub struct StripRow {
     pub limited_by: String,
 }
 
+/// Blocks in a row that are slower than usual for one reason.
+#[derive(Clone, Debug, Default)]
+pub struct SlowRow {
+    /// First and last line.
+    pub lines: (usize, usize),
+    /// Seconds more than at the usual feed.
+    pub lost: f64,
+    /// Lowest feed, mm/min.
+    pub feed: f64,
+    /// Usual feed around it, mm/min.
+    pub usual_feed: f64,
+    /// What holds it back.
+    pub cause: String,
+}
+
 /// Something found in the program or on the part.
 #[derive(Clone, Debug, Default)]
 pub struct Finding {
@@ -297,6 +314,7 @@ impl ReportData {
             [s.overcut, s.undercut, most, mean, s.length, s.engagement, s.curvature_error]
         });
         finite("figure of a strip", planned)?;
+        finite("figure of a slow stretch", self.slow.iter().flat_map(|s| [s.lost, s.feed, s.usual_feed]))?;
         let places = self.findings.iter().filter_map(|f| f.point);
         finite("place of a finding", places.flat_map(|p| [p.x, p.y, p.z]))
     }

@@ -13,8 +13,8 @@ mod plot;
 mod sarif;
 
 pub use data::{
-    AxisTrack, Figure, Finding, Mesh, PartView, ProfileSection, ReportData, ReportError, Ruling, StripRow, Timeline,
-    ToolSample, Verdict, tool_outline,
+    AxisTrack, Figure, Finding, Mesh, PartView, ProfileSection, ReportData, ReportError, Ruling, SlowRow, StripRow,
+    Timeline, ToolSample, Verdict, tool_outline,
 };
 
 pub use sarif::{junit, sarif};

@@ -1,6 +1,6 @@
 //! Puts the page together: the fixed template, style and script of `page/` with the data's text, plots and numbers.
 
-use super::data::{Figure, ReportData, StripRow};
+use super::data::{Figure, ReportData, SlowRow, StripRow};
 use super::encode::{escape, number};
 use super::legend::legend;
 use super::payload::payload;
@@ -50,6 +50,7 @@ pub(super) fn page(data: &ReportData) -> String {
         "findings" => findings(data),
         "axes" => axes(data),
         "strips" => strips(data),
+        "slow" => slow(data),
         "figures" => data.figures.iter().map(row).collect(),
         "hash" if data.input_hash.is_empty() => String::new(),
         "hash" => format!(" Input {}.", escape(&data.input_hash)),
@@ -140,6 +141,33 @@ fn strip_row(index: usize, strip: &StripRow) -> String {
         cell(number(strip.curvature_error, 5)),
     ];
     format!("<tr>{}<td>{}</td></tr>", cells.concat(), escape(&strip.limited_by))
+}
+
+/// Where the feed is lost, and to what; nothing where it is kept.
+fn slow(data: &ReportData) -> String {
+    if data.slow.is_empty() {
+        return String::new();
+    }
+    let row = |row: &SlowRow| {
+        let cell = |text: String| format!("<td class=\"num\">{text}</td>");
+        let line = |line: usize| format!("<button type=\"button\" data-line=\"{line}\">{line}</button>");
+        let numbers = [
+            cell(format!("{} \u{2013} {}", line(row.lines.0), line(row.lines.1))),
+            cell(number(row.lost, 3)),
+            cell(number(row.feed, 0)),
+            cell(number(row.usual_feed, 0)),
+        ];
+        format!("<tr>{}<td>{}</td></tr>", numbers.concat(), escape(&row.cause))
+    };
+    let rows: String = data.slow.iter().map(row).collect();
+    let heads = ["Lines", "Lost", "Lowest feed", "Usual feed"]
+        .map(|head| format!("<th scope=\"col\" class=\"num\">{head}</th>"))
+        .concat();
+    format!(
+        "<section class=\"card\"><h2>Where feed is lost <small>s, mm/min at the tip</small></h2><div class=\"scroll\">\
+         <table class=\"strips\"><thead><tr>{heads}<th scope=\"col\">Nearest limit</th></tr></thead><tbody>{rows}</tbody>\
+         </table></div></section>"
+    )
 }
 
 fn findings(data: &ReportData) -> String {

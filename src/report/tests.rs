@@ -194,6 +194,13 @@ fn sample() -> ReportData {
             figure("Blocks", 251.0, 0, "", None),
         ],
         strips: strips(),
+        slow: vec![SlowRow {
+            lines: (31, 44),
+            lost: 0.125,
+            feed: 312.4,
+            usual_feed: 600.0,
+            cause: "C at 100 % of its speed".into(),
+        }],
         advice: vec!["more strips, about 3".into()],
         findings: vec![
             Finding {
@@ -312,4 +319,14 @@ fn strips_as_planned_are_listed_with_what_limits_them() {
     assert_eq!(page.matches("<td>curvature along the flank</td>").count(), 2);
     assert!(page.contains("<li>more strips, about 3</li>"));
     assert!(!html(&ReportData { strips: Vec::new(), ..sample() }).unwrap().contains("Strips as planned"));
+}
+
+#[test]
+fn slow_stretches_are_listed_with_their_lines_and_cause() {
+    let page = html(&sample()).unwrap();
+    assert!(page.contains("Where feed is lost") && page.contains("data-line=\"44\""));
+    assert!(page.contains("<td class=\"num\">312</td><td class=\"num\">600</td><td>C at 100 % of its speed</td>"));
+    assert!(!html(&ReportData { slow: Vec::new(), ..sample() }).unwrap().contains("Where feed is lost"));
+    let bad = SlowRow { lost: f64::NAN, ..SlowRow::default() };
+    assert!(html(&ReportData { slow: vec![bad], ..sample() }).is_err());
 }

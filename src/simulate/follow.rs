@@ -3,7 +3,7 @@
 
 use super::arc::Arc;
 use super::duration::feed_duration;
-use super::rapid::rapid_duration;
+use super::rapid::{rapid_duration, stopped_duration};
 use super::rollover::turn_to;
 use super::segment::{Path, Segment, SegmentKind};
 use super::tool_motion::ToolMotion;
@@ -12,6 +12,7 @@ use crate::geometry::Direction;
 use crate::geometry::{Point, Vector};
 use crate::machine::{AxisPosition, AxisZero, Dialect, Setup, TcpInterpolation};
 use crate::motion::Pose;
+use crate::nc::code::PathControl;
 use crate::nc::program::{AXIS_LETTERS, AxisSet, Change, ChangeAt, Feed, Frame, LengthOffset, Move, Way};
 use crate::nc::{FeedRules, Finding, FindingCode, Findings, Program, Travelled};
 
@@ -42,7 +43,7 @@ pub fn simulate(program: &Program, setup: &Setup, tool: Option<OwnTool>) -> Tool
     follower.changes_up_to(program.changes.len());
     let mut findings = program.findings.clone();
     findings.merge(follower.findings);
-    ToolMotion::new(setup.clone(), follower.segments, findings)
+    ToolMotion::new(setup.clone(), follower.segments, findings).blended(follower.blending)
 }
 
 /// Where a move leads.
@@ -70,6 +71,9 @@ struct Follower<'a> {
     rules: FeedRules,
     /// How the tool turns with TCP on, where the program has said it.
     interpolation: Option<TcpInterpolation>,
+    /// What is to be done at the ends of blocks, and the largest tolerance with which a feed move ended, mm.
+    path_control: Option<PathControl>,
+    blending: f64,
     rpm: f64,
     time: f64,
     /// Axes that the program names anywhere, and those it has positioned so far.
@@ -99,6 +103,8 @@ impl<'a> Follower<'a> {
             length_on: false,
             rules: FeedRules::new(machine.control.dialect, &machine.control.options),
             interpolation: None,
+            path_control: None,
+            blending: 0.0,
             rpm: 0.0,
             time: 0.0,
             needed: AxisSet(program.moves.iter().fold(0, |bits, step| bits | step.given.0) & !AxisSet::VECTOR.0),
@@ -156,7 +162,8 @@ impl<'a> Follower<'a> {
             }
             Change::Spindle { rpm, .. } => self.rpm = rpm,
             Change::Dwell(seconds) => self.time += seconds,
-            Change::PathControl(_) | Change::Stop | Change::Coolant(_) | Change::Units { .. } => {}
+            Change::PathControl(control) => self.path_control = Some(control),
+            Change::Stop | Change::Coolant(_) | Change::Units { .. } => {}
         }
     }
 
@@ -204,7 +211,8 @@ impl<'a> Follower<'a> {
         self.check_tcp(step);
         let here = self.here();
         let target = self.target(step, here);
-        let known = self.needed.0 & !self.positioned.0 == 0;
+        let positioned = self.positioned;
+        let known = self.needed.0 & !positioned.0 == 0;
         self.positioned = AxisSet(self.positioned.0 | self.named(step).0);
         let (path, travelled) = self.path(step, here, &target);
         let segment = Segment {
@@ -212,6 +220,7 @@ impl<'a> Follower<'a> {
             kind: if step.way == Way::Rapid { SegmentKind::Rapid } else { SegmentKind::Feed },
             start: self.time,
             duration: 0.0,
+            programmed: 0.0,
             from: self.axes,
             to: target.axes,
             path,
@@ -225,13 +234,21 @@ impl<'a> Follower<'a> {
         }
         if known {
             self.add(step, segment, travelled);
-        } else if segment.kind == SegmentKind::Feed && !self.said_unknown_start {
+        } else if segment.kind == SegmentKind::Feed
+            && !self.only_turns_first(step, positioned)
+            && !self.said_unknown_start
+        {
             self.said_unknown_start = true;
             let missing = AxisSet(self.needed.0 & !self.positioned.0).indices().filter_map(|k| AXIS_LETTERS.get(k));
             let message = format!("a feed move before the program has positioned {}", missing.collect::<String>());
             let help = "position each axis with G0 first: nobody knows where the machine stands";
             self.find(FindingCode::UnknownStart, segment.line, message, help);
         }
+    }
+
+    /// Whether a move only brings rotary axes to where the program wants them first: slowly, where a rapid would not do.
+    fn only_turns_first(&self, step: &Move, positioned: AxisSet) -> bool {
+        step.given.0 & (0b111 | AxisSet::VECTOR.0 | positioned.0) == 0
     }
 
     /// Adds a segment with its duration.
@@ -248,9 +265,24 @@ impl<'a> Follower<'a> {
             let help = "make the block longer, or merge it with its neighbour";
             self.find(FindingCode::FeedTrap, segment.line, message, help);
         }
-        segment.duration = seconds.unwrap_or_else(|| rapid_duration(self.setup, &segment));
+        segment.programmed = seconds.unwrap_or_else(|| rapid_duration(self.setup, &segment));
+        let options = &self.setup.machine().control.options;
+        segment.duration = match seconds {
+            Some(seconds) if self.stops() && options.exact_stop && seconds > 0.0 => {
+                stopped_duration(self.setup, &segment, seconds, options.cycle)
+            }
+            _ => segment.programmed,
+        };
+        if let (Some(_), Some(PathControl::Tolerance(tolerance))) = (feed, self.path_control) {
+            self.blending = self.blending.max(tolerance);
+        }
         self.time += segment.duration;
         self.segments.push(segment);
+    }
+
+    /// Whether blocks are to end exactly where they say.
+    fn stops(&self) -> bool {
+        self.path_control == Some(PathControl::Exact)
     }
 
     /// The axes that a move positions.
@@ -355,8 +387,8 @@ impl<'a> Follower<'a> {
             if step.incremental.has(index) {
                 return start + word.to_radians();
             }
-            let rollover = self.setup.machine().control.options.rollover;
-            turn_to(word, start, step.turns.of(index), axis.travel, rollover)
+            let options = &self.setup.machine().control.options;
+            turn_to(word, start, step.turns.of(index), axis.travel, options)
         })
     }
 

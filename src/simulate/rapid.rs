@@ -1,14 +1,15 @@
-//! How a control goes through a rapid. Uses `geometry` and `machine`.
+//! How a control goes from rest to rest: through a rapid, and through a block that it stops at the end of. Uses
+//! `geometry` and `machine`.
 
-use super::segment::{Path, Segment};
+use super::segment::{Path, Segment, SegmentKind};
 use crate::geometry::Vector;
 use crate::machine::Setup;
 
-/// How a rapid goes from its start, share 0, to its end, share 1, along the way of the program's own coordinates.
+/// How a move goes from its start, share 0, to its end, share 1, along the way of the program's own coordinates.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Traverse {
     /// Top rate of the share, 1/s.
-    speed: f64,
+    pub(super) speed: f64,
     /// And how fast it gets there, 1/s^2.
     acceleration: f64,
 }
@@ -17,17 +18,22 @@ impl Traverse {
     /// For a rapid with TCP on where the control keeps the speeds and accelerations of the tip and of the rotary axes
     /// instead of those of the machine's axes; `None` for every other segment.
     pub(super) fn of(setup: &Setup, segment: &Segment) -> Option<Self> {
-        let tip: Vector = match &segment.path {
+        let by_tip = matches!(segment.path, Path::Tip { .. } | Path::Vector { .. });
+        (by_tip && !setup.machine().control.options.tcp_limits_axes).then(|| Self::along(setup, segment)).flatten()
+    }
+
+    /// With the speeds and accelerations that the axes of the program's own coordinates have; `None` where nothing moves.
+    fn along(setup: &Setup, segment: &Segment) -> Option<Self> {
+        let linear: Vector = match &segment.path {
             Path::Tip { from, to } => to - from,
             Path::Vector { from, to } => to.tip - from.tip,
-            Path::Joints | Path::JointArc(_) | Path::TipArc(_) => return None,
+            Path::Joints => Vector::from(segment.to.linear) - Vector::from(segment.from.linear),
+            // Its direction goes through those of all axes of its plane.
+            Path::JointArc(arc) | Path::TipArc(arc) => Vector::repeat(arc.length()),
         };
         let machine = setup.machine();
-        if machine.control.options.tcp_limits_axes {
-            return None;
-        }
         let turned = |slot: usize| segment.to.rotary[slot] - segment.from.rotary[slot];
-        let way = [tip.x, tip.y, tip.z, turned(0), turned(1)];
+        let way = [linear.x, linear.y, linear.z, turned(0), turned(1)];
         let slowest = |limits: [f64; 5]| {
             let rates = limits.into_iter().zip(way).map(|(limit, way)| limit / way.abs());
             rates.fold(f64::INFINITY, f64::min)
@@ -46,6 +52,31 @@ impl Traverse {
         rest_to_rest(1.0, self.speed, self.acceleration)
     }
 }
+
+/// Whether a control may go from one rapid to the next without braking: rapids on one straight line, nothing turning.
+pub(super) fn goes_on(first: &Segment, second: &Segment) -> bool {
+    let way = |segment: &Segment| match segment.path {
+        Path::Tip { from, to } if segment.kind == SegmentKind::Rapid && segment.from.rotary == segment.to.rotary => {
+            (to - from).try_normalize(1e-9)
+        }
+        _ => None,
+    };
+    way(first).zip(way(second)).is_some_and(|(first, second)| (second - first).norm() < STRAIGHT)
+}
+
+/// Turn of the way, radians, that does not count.
+const STRAIGHT: f64 = 1e-3;
+
+/// Seconds for a feed move that begins and ends at rest and asks for `programmed` seconds; the control looks for the end
+/// of a move once a cycle of `cycle` seconds.
+pub(super) fn stopped_duration(setup: &Setup, segment: &Segment, programmed: f64, cycle: f64) -> f64 {
+    let acceleration = Traverse::along(setup, segment).map_or(f64::INFINITY, |traverse| traverse.acceleration);
+    let seconds = rest_to_rest(1.0, 1.0 / programmed, acceleration);
+    if cycle > 0.0 { (seconds / cycle - CYCLE_ROUNDING).ceil() * cycle } else { seconds }
+}
+
+/// Share of a cycle by which rounding may pass it.
+const CYCLE_ROUNDING: f64 = 1e-6;
 
 /// Seconds for a rapid from rest to rest: that of the slowest axis with its own top speed and acceleration, judged by its
 /// fastest piece where the axes do not move linearly; or as the control goes where it does not look at the axes.

@@ -51,6 +51,9 @@ pub struct Segment {
     pub start: f64,
     /// How long it takes, s.
     pub duration: f64,
+    /// How long it would take without a stop at its ends, s: what the program's feed asks for. The same as the duration
+    /// where the control does not stop, and for rapids.
+    pub programmed: f64,
     /// Axes at its beginning.
     pub from: AxisPosition,
     /// Axes at its end.

@@ -4,7 +4,7 @@
 //! over its pieces where the axes do not move evenly: means of the derivatives between, so what is found is there, however
 //! the control rounds the joints. Rapids are looked at where the control does not keep the axes' speeds itself.
 
-use super::rapid::Traverse;
+use super::rapid::{Traverse, goes_on};
 use super::segment::{Path, Segment, SegmentKind};
 use super::tool_motion::ToolMotion;
 use crate::machine::Travel;
@@ -132,11 +132,17 @@ impl ToolMotion {
         let mut axes = self.limits_of_axes();
         let mut limits = Vec::new();
         let mut stops = Vec::new();
-        for segment in self.segments() {
+        let segments = self.segments();
+        for (place, segment) in segments.iter().enumerate() {
             stops.clear();
             self.stops(segment, &mut stops);
             let rapid = segment.kind == SegmentKind::Rapid;
-            let peak = Traverse::of(self.setup(), segment).filter(|_| rapid).map(|traverse| traverse.peak());
+            let before = place.checked_sub(1).and_then(|before| segments.get(before));
+            let in_one_go = before.is_some_and(|before| goes_on(before, segment))
+                || segments.get(place + 1).is_some_and(|after| goes_on(segment, after));
+            let peak = Traverse::of(self.setup(), segment)
+                .filter(|_| rapid)
+                .map(|traverse| if in_one_go { traverse.speed } else { traverse.peak() });
             for (index, axis) in axes.iter_mut().enumerate() {
                 axis.follow(segment, peak, &Trace::of(&stops, index), &mut limits);
             }
@@ -213,7 +219,7 @@ impl Axis {
             self.before = Before::default();
             [peak.map_or(0.0, |peak| trace.derivatives[0] * peak), 0.0, 0.0]
         } else {
-            let values = self.at_feed(segment.duration, trace);
+            let values = self.at_feed(segment.programmed, trace);
             self.statistics.max_rate = self.statistics.max_rate.max(values[0]);
             self.statistics.max_acceleration = self.statistics.max_acceleration.max(values[1]);
             values

@@ -12,12 +12,24 @@ pub struct ToolMotion {
     setup: Setup,
     segments: Vec<Segment>,
     findings: Findings,
+    blending: f64,
 }
 
 impl ToolMotion {
     /// Joins a machine with a part and a tool, what moves on it, and what was found remarkable.
     pub fn new(setup: Setup, segments: Vec<Segment>, findings: Findings) -> Self {
-        Self { setup, segments, findings }
+        Self { setup, segments, findings, blending: 0.0 }
+    }
+
+    /// The same where the program lets the control round corners between feed moves by up to `blending` mm.
+    #[must_use]
+    pub fn blended(self, blending: f64) -> Self {
+        Self { blending, ..self }
+    }
+
+    /// By how much the program lets the control round corners between feed moves at most, mm: a band about this motion.
+    pub fn blending(&self) -> f64 {
+        self.blending
     }
 
     /// The machine with its part and tool.
@@ -36,7 +48,8 @@ impl ToolMotion {
         &self.findings
     }
 
-    /// Time at which the last segment ends, s; dwells count, tool changes do not.
+    /// Time at which the last segment ends, s; dwells count, stops at the ends of blocks where the control makes them,
+    /// tool changes do not.
     pub fn duration(&self) -> f64 {
         self.segments.last().map_or(0.0, |last| last.start + last.duration)
     }
@@ -118,7 +131,7 @@ mod tests {
             // From a full sweep down to a short block.
             let to = from.interpolate(&to, shrink);
             let path = paths(&setup, &from, &to)[kind];
-            let segment = Segment { line: 1, kind: SegmentKind::Feed, start: 0.0, duration: 1.0, from, to, path };
+            let segment = Segment { line: 1, kind: SegmentKind::Feed, start: 0.0, duration: 1.0, programmed: 1.0, from, to, path };
             let motion = ToolMotion::new(setup, vec![segment], Findings::default());
             let bound = motion.chord_bound(&segment, low, high, height);
             let place = |share: f64| motion.pose(&segment, share).at_height(height);
@@ -139,7 +152,7 @@ mod tests {
             let setup = Setup::at(&machine, [30.0, -20.0, 10.0], 120.0).unwrap();
             let to = from.interpolate(&to, 0.05);
             let path = paths(&setup, &from, &to)[kind];
-            let segment = Segment { line: 1, kind: SegmentKind::Feed, start: 0.0, duration: 1.0, from, to, path };
+            let segment = Segment { line: 1, kind: SegmentKind::Feed, start: 0.0, duration: 1.0, programmed: 1.0, from, to, path };
             let (pose, back) = (segment.pose(&setup, share), setup.forward(&segment.axes(&setup, share)));
             prop_assert!((pose.tip - back.tip).norm() < 1e-9);
             prop_assert!(pose.axis_angle(&back) < 1e-9);

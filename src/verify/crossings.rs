@@ -27,9 +27,9 @@ pub(super) struct Allowed {
 }
 
 /// A block as `collide` follows it.
-struct BlockSweep<'a, M> {
-    motion: &'a M,
-    block: usize,
+pub(super) struct BlockSweep<'a, M> {
+    pub(super) motion: &'a M,
+    pub(super) block: usize,
 }
 
 impl<M: BlockMotion> collide::Sweep for BlockSweep<'_, M> {

@@ -7,6 +7,7 @@ use super::crossings::{Allowed, crossings};
 use super::deviation::{Fineness, PartDeviation, measure};
 use super::faults::Faults;
 use super::findings::{self, ROUNDING};
+use super::links::links;
 use super::motion_tree::Instant;
 use super::record::{
     AxisRecord, CollisionRecord, DeviationRecord, FindingRecord, MachineVerification, ProgramRecord, RoundTripRecord,
@@ -97,12 +98,13 @@ const SAMPLES: f64 = 20_000.0;
 pub fn verify(subject: &Subject<'_>, settings: &Settings) -> Verified {
     let motion = subject.motion;
     let spacing = settings.spacing.unwrap_or_else(|| (subject.part.surface.area() / SAMPLES).sqrt()).max(1e-3);
-    let runs = Runs::of(motion);
     let timeline = Timeline::new(motion, subject.tool.flute_length());
     let flutes = Body::of(subject.tool.flutes().iter());
     let sweep = timeline.sweep(&flutes, settings.window, settings.resolution);
     let fineness = Fineness { spacing, change: settings.refinement, border: settings.border };
     let part = measure(&subject.part.surface, &sweep, settings.window, &fineness);
+    let links = links(motion, subject.tool, &part, settings.window.outward);
+    let runs = Runs::of(&links);
     let region = Region { surface: &subject.part.surface, sweep: &sweep, part: &part, runs: &runs };
     let bounds = settings.bound.map(|resolution| region.bounds(resolution));
     let seams = seams(&subject.part.surface, &sweep, &part, &runs);
@@ -129,7 +131,7 @@ pub fn verify(subject: &Subject<'_>, settings: &Settings) -> Verified {
     found.extend(findings::of_contacts(&contacts, line));
     let how = (subject.tool.flute_length(), settings.despite_unknown_text);
     let listed = list(subject.program, motion, &axes.limits, how, found);
-    let round_trip = subject.path.and_then(|path| round_trip(motion, path, subject.tool.flute_length()));
+    let round_trip = subject.path.and_then(|path| round_trip(motion, &links, path, subject.tool.flute_length()));
     let mut record = Verification {
         format: "regulus-verify",
         version: 1,
@@ -240,6 +242,7 @@ fn reasons(record: &Verification, part: &PartDeviation, motion: &ToolMotion, set
     let mut reasons: Vec<String> = doubt_reason(motion.findings(), settings.despite_unknown_text).into_iter().collect();
     reasons.extend(fault_reasons(&record.findings));
     deviation_reasons(&mut reasons, record, part, motion, settings);
+    reasons.extend(blending_reason(record));
     for c in &record.collisions {
         reasons.push(format!("line {}: {} {:.4} mm into the {}", c.line, c.body_a, c.depth_mm, c.body_b));
     }
@@ -279,6 +282,21 @@ fn limit_reason(limits: &[LimitViolation]) -> Option<String> {
     let count = limits.len();
     Some(format!(
         "{count} axis limit(s) passed, the first on line {line}: {kind} of {axis} is {value:.4}, the limit {limit:.4}"
+    ))
+}
+
+/// What is within tolerance only as long as the control does not round corners as far as it may.
+fn blending_reason(record: &Verification) -> Option<String> {
+    let (deviation, band) = (&record.deviation, record.program.blending_mm);
+    let sides = [
+        ("overcut", deviation.overcut_max_mm, deviation.tolerance.overcut),
+        ("undercut", deviation.undercut_max_mm, deviation.tolerance.undercut),
+    ];
+    let passed = |(_, value, limit): &(&str, f64, f64)| *value <= limit + ROUNDING && value + band > limit + ROUNDING;
+    let (name, value, limit) = sides.into_iter().find(passed)?;
+    let most = value + band;
+    Some(format!(
+        "the program lets the control round corners by {band} mm: {name} may be {most:.4} mm, {limit} mm are allowed"
     ))
 }
 

@@ -11,6 +11,7 @@ mod fan;
 mod faults;
 mod findings;
 mod judge;
+mod links;
 mod measured;
 mod modal;
 mod motion_tree;

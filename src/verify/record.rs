@@ -201,6 +201,8 @@ pub struct ProgramRecord {
     pub cut_length_mm: f64,
     /// One over the duration of the shortest feed move.
     pub max_block_rate_hz: f64,
+    /// By how much the program lets the control round corners: a band about the motion that is measured.
+    pub blending_mm: f64,
 }
 
 /// Program against tool path.
@@ -252,6 +254,7 @@ impl ProgramRecord {
             duration_s: motion.duration(),
             cut_length_mm: feed().fold(0.0, |length, s| length + motion.tip_length(s)),
             max_block_rate_hz: 1.0 / shortest,
+            blending_mm: motion.blending(),
         }
     }
 }

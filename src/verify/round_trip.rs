@@ -24,68 +24,126 @@ struct Place<'a> {
     to: f64,
 }
 
-/// Measures every feed move against the nearest place of the path; the path's moves and the program's are taken in
-/// order, so that passes which cross are not confused. `None` when one of both has no cutting pass, or a pass has no
-/// poses.
-pub(super) fn round_trip(motion: &impl BlockMotion, path: &ToolPath, flute_length: f64) -> Option<RoundTrip> {
-    let wanted = |pass: &&Pass| matches!(pass.kind, PassKind::Cut | PassKind::LeadIn | PassKind::LeadOut);
-    let groups: Vec<Vec<&Pass>> = path
-        .passes
-        .chunk_by(|a, b| a.kind.is_rapid() == b.kind.is_rapid())
-        .filter(|group| group.first().is_some_and(|p| !p.kind.is_rapid()))
-        .map(|group| group.iter().collect())
-        .collect();
-    let feed: Vec<usize> = (0..motion.blocks()).filter(|b| !motion.is_rapid(*b)).collect();
-    let runs: Vec<&[usize]> = feed.chunk_by(|a, b| a + 1 == *b).collect();
-    let pairs: Vec<(Vec<&Pass>, Vec<usize>)> = if groups.len() == runs.len() {
-        groups.into_iter().zip(runs).map(|(group, run)| (group, run.to_vec())).collect()
-    } else {
-        vec![(groups.concat(), feed)]
+/// The end of a block next to a link that is farther from the path than this, mm, while its other end is not, belongs to
+/// a way out of the part or back that is no part of the path: to where rotary axes are turned back.
+const ASIDE: f64 = 0.1;
+
+/// Measures every feed move against the nearest place of the path, but for those of which `links` says that they lead
+/// through free space and which are no part of the path. Behind a link the path is looked for anew, never before where
+/// it was met last, so that passes which cross are not confused. `None` when one of both has no cutting pass, or a pass has no poses.
+pub(super) fn round_trip(
+    motion: &impl BlockMotion,
+    links: &[bool],
+    path: &ToolPath,
+    flute_length: f64,
+) -> Option<RoundTrip> {
+    if path.passes.iter().all(|pass| pass.kind.is_rapid()) {
+        return None;
+    }
+    let (places, poses) = table(&path.passes)?;
+    let chart = Chart { motion, places: &places, poses: &poses, flute_length };
+    let feed: Vec<usize> = (0..motion.blocks()).filter(|block| !motion.is_rapid(*block)).collect();
+    let on_path = |block: &usize| {
+        links.get(*block) == Some(&false) || [0.0, 1.0].map(|share| chart.end(*block, share, 0).1 <= ASIDE) == [true; 2]
     };
-    let per_pair: Option<Vec<RoundTrip>> =
-        pairs.par_iter().map(|(group, run)| compare(motion, run, group, flute_length, |pass| wanted(&pass))).collect();
-    let worst = per_pair?
+    let mut blocks: Vec<usize> = feed.par_iter().filter(|block| on_path(block)).copied().collect();
+    if blocks.is_empty() {
+        blocks = feed;
+    }
+    let mut met = 0;
+    let runs: Vec<Run<'_>> = blocks
+        .chunk_by(|a, b| a + 1 == *b)
+        .map(|blocks| {
+            let run = chart.run(blocks, met);
+            met = run.start;
+            run
+        })
+        .collect();
+    let per_run: Vec<RoundTrip> = runs.par_iter().map(|run| chart.compare(run)).collect();
+    per_run
         .into_iter()
-        .reduce(|a, b| RoundTrip { tip_max: a.tip_max.max(b.tip_max), axis_max: a.axis_max.max(b.axis_max) })?;
-    Some(worst)
+        .reduce(|a, b| RoundTrip { tip_max: a.tip_max.max(b.tip_max), axis_max: a.axis_max.max(b.axis_max) })
 }
 
-fn compare(
-    motion: &impl BlockMotion,
-    run: &[usize],
-    group: &[&Pass],
+/// Blocks between links.
+struct Run<'a> {
+    blocks: &'a [usize],
+    /// Table pose at which it begins.
+    start: usize,
+    /// Its first block only leads to the path, its last one only away from it.
+    arrives: bool,
+    leaves: bool,
+}
+
+/// A motion beside a path.
+struct Chart<'a, M> {
+    motion: &'a M,
+    places: &'a [Place<'a>],
+    poses: &'a [Pose],
     flute_length: f64,
-    wanted: impl Fn(&Pass) -> bool,
-) -> Option<RoundTrip> {
-    let (places, poses) = table(group)?;
-    let mut worst = RoundTrip::default();
-    let mut last = 0;
-    for (block, share) in run.iter().flat_map(|b| [(*b, 0.0), (*b, 0.5), (*b, 1.0)]) {
-        let pose = motion.pose(block, share);
-        last = nearest_from(&pose, &poses, last, flute_length);
+}
+
+impl<M: BlockMotion> Chart<'_, M> {
+    /// The run of these blocks, looked for from a table pose on.
+    fn run<'b>(&self, blocks: &'b [usize], from: usize) -> Run<'b> {
+        let end = |block: Option<&usize>, share: f64| block.map_or((from, 0.0), |block| self.end(*block, share, from));
+        let [start, arrived] = [0.0, 1.0].map(|share| end(blocks.first(), share));
+        let [left, aside] = [0.0, 1.0].map(|share| end(blocks.last(), share));
+        let (arrives, leaves) = (start.1 > ASIDE && arrived.1 <= ASIDE, aside.1 > ASIDE && left.1 <= ASIDE);
+        Run { blocks, start: if arrives { arrived.0 } else { start.0 }, arrives, leaves }
+    }
+
+    /// The table pose, from one on, that is nearest to a place of a block, the first of equal ones, and how far the path
+    /// is there, mm.
+    fn end(&self, block: usize, share: f64, from: usize) -> (usize, f64) {
+        let pose = &self.motion.pose(block, share);
+        let candidates = self.poses.iter().enumerate().skip(from);
+        let squares = candidates.map(|(index, other)| (index, square_distance(pose, other, self.flute_length)));
+        let (index, _) = squares.min_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((from, 0.0));
+        let square = self.place(pose, index).map_or(f64::INFINITY, |((_, square), _)| square);
+        (index, square.sqrt())
+    }
+
+    /// The nearest pose about a table pose, with its squared distance and the place where it is.
+    fn place(&self, pose: &Pose, index: usize) -> Option<((Pose, f64), &Place<'_>)> {
         // Table pose k joins the places k - 1 and k; where passes meet, one of them has no length and its other
         // neighbour counts too.
-        let best = (last.saturating_sub(2)..=last + 1)
-            .filter_map(|k| places.get(k))
-            .filter_map(|place| nearest_in(&pose, place, flute_length).map(|near| (near, place)))
-            .min_by(|a, b| a.0.1.total_cmp(&b.0.1));
-        let Some(((near, _), place)) = best else { continue };
-        if wanted(place.pass) {
-            worst.tip_max = worst.tip_max.max((pose.tip - near.tip).norm());
-            worst.axis_max = worst.axis_max.max(pose.axis_angle(&near));
-        }
+        (index.saturating_sub(2)..=index + 1)
+            .filter_map(|k| self.places.get(k))
+            .filter_map(|place| nearest_in(pose, place, self.flute_length).map(|near| (near, place)))
+            .min_by(|a, b| a.0.1.total_cmp(&b.0.1))
     }
-    Some(worst)
+
+    fn compare(&self, run: &Run<'_>) -> RoundTrip {
+        let mut worst = RoundTrip::default();
+        let mut index = run.start;
+        let ends = (run.blocks.first(), run.blocks.last());
+        for (block, share) in run.blocks.iter().flat_map(|block| [0.0, 0.5, 1.0].map(|share| (block, share))) {
+            let arriving = run.arrives && Some(block) == ends.0 && share < 1.0;
+            let leaving = run.leaves && Some(block) == ends.1 && share > 0.0;
+            if arriving || leaving {
+                continue;
+            }
+            let pose = self.motion.pose(*block, share);
+            index = nearest_from(&pose, self.poses, index, self.flute_length);
+            let Some(((near, _), place)) = self.place(&pose, index) else { continue };
+            if matches!(place.pass.kind, PassKind::Cut | PassKind::LeadIn | PassKind::LeadOut) {
+                worst.tip_max = worst.tip_max.max((pose.tip - near.tip).norm());
+                worst.axis_max = worst.axis_max.max(pose.axis_angle(&near));
+            }
+        }
+        worst
+    }
 }
 
 /// The places of a chain of passes in order, and the poses at their ends: one more than places, joints between passes
 /// counted as places of no length.
-fn table<'a>(group: &[&'a Pass]) -> Option<(Vec<Place<'a>>, Vec<Pose>)> {
+fn table(passes: &[Pass]) -> Option<(Vec<Place<'_>>, Vec<Pose>)> {
     let (mut places, mut poses) = (Vec::new(), Vec::new());
-    for pass in group {
+    for pass in passes {
         let breaks = pass.motion.breaks();
         let first = *breaks.first()?;
-        if let Some(last) = places.last().map(|p: &Place<'a>| (p.pass, p.to)) {
+        if let Some(last) = places.last().map(|p: &Place<'_>| (p.pass, p.to)) {
             places.push(Place { pass: last.0, from: last.1, to: last.1 });
         }
         poses.push(pass.motion.pose(first)?);

@@ -19,32 +19,30 @@ const ALONG: f64 = 0.5;
 /// Halvings of a grid edge towards the seam that crosses it.
 const HALVINGS: usize = 14;
 
-/// Uninterrupted feed moves: run 0 up to the first rapid, and so on.
+/// Uninterrupted feed moves near the part: run 0 up to the first link, and so on.
 #[derive(Clone, Debug)]
 pub struct Runs {
     of_block: Vec<Option<u32>>,
 }
 
 impl Runs {
-    /// Counts the runs of a motion.
-    pub fn of(motion: &impl BlockMotion) -> Self {
+    /// Counts the runs of a motion; `links` says of each block whether it is a rapid or leads through free space.
+    pub(super) fn of(links: &[bool]) -> Self {
         let (mut run, mut broken) = (0, false);
-        let of_block = (0..motion.blocks())
-            .map(|block| {
-                if motion.is_rapid(block) {
-                    broken = true;
-                    return None;
-                }
-                if std::mem::take(&mut broken) && block > 0 {
-                    run += 1;
-                }
-                Some(run)
-            })
-            .collect();
-        Self { of_block }
+        let of_block = links.iter().enumerate().map(|(block, link)| {
+            if *link {
+                broken = true;
+                return None;
+            }
+            if std::mem::take(&mut broken) && block > 0 {
+                run += 1;
+            }
+            Some(run)
+        });
+        Self { of_block: of_block.collect() }
     }
 
-    /// The run of a block; `None` for a rapid.
+    /// The run of a block; `None` for a link.
     pub fn of_block(&self, block: usize) -> Option<u32> {
         self.of_block.get(block).copied().flatten()
     }

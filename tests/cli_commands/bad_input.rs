@@ -137,6 +137,17 @@ fn wrong_keys_and_sizes_in_a_machine() {
         ("speed = 30000", "speed = nan", "nan is not a finite number"),
         ("limits = [-1000, 1000]", "limits = [1000, -1000]", "is not below"),
         ("direction = [1, 0, 0]", "direction = [0, 0, 0]", "has no length"),
+        ("direction = [1, 0, 0]", "direction = [0, 0, 1]", "the two rotary axes are parallel"),
+        ("letter = \"C\"", "letter = \"A\"", "axis A is named twice"),
+        ("limits = [-360, 360]", "limits = [30, -30]", "is not below"),
+        ("limits = [-360, 360]", "limits = [-9e9, 9e9]", "limits"),
+        ("carried_by = \"A\"", "carried_by = \"B\"", "which is not the other rotary axis"),
+        ("tcp_at_start = true", "cycle = 5", "a cycle of 5 s"),
+        (
+            "tcp_at_start = true",
+            "[control.templates]\nend = \"\"\"M5\nT{{ tool_numbr }}\"\"\"",
+            "template field tool_numbr is not known",
+        ),
     ] {
         assert!(machine.contains(from), "{from}");
         shop.write("mine.toml", machine.replacen(from, to, 1));

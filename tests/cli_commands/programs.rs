@@ -92,6 +92,42 @@ fn inspect_tells_where_the_time_goes() {
     assert_eq!(record["motion"]["pace"]["passages"][0]["blocks"].as_u64(), Some(12));
 }
 
+/// Reading goes on at the next block behind each error; fifty are shown.
+#[test]
+fn every_syntax_error_is_located_up_to_fifty_at_once() {
+    let shop = Workshop::new();
+    let errors = [
+        ("G1 X1.2.3", 4),
+        ("G1 X F100", 4),
+        ("G1 X1 X2 F9", 7),
+        ("G0 G1 X1 F9", 4),
+        ("(open", 1),
+        ("G1 X1 F9 *55", 10),
+        ("TRAORI", 1),
+        ("G1 U1 F9", 4),
+        ("G1 X1 F-9", 7),
+    ];
+    let good: Vec<String> = program().lines().map(str::to_owned).collect();
+    let (head, tail) = good.split_at(9);
+    let mut lines = head.to_vec();
+    for (error, _) in errors {
+        lines.extend([error.to_owned(), "G1 X0 F60".to_owned()]);
+    }
+    lines.extend_from_slice(tail);
+    shop.write("bad.ngc", lines.join("\n"));
+    let before = shop.files();
+    let retarget = ["retarget", "bad.ngc", "--from", "xyzac-trt", "--to", "xyzbc-trt", "--out", "out.nc"];
+    let call = shop.call(&retarget);
+    for (index, (error, column)) in errors.into_iter().enumerate() {
+        call.refused(error, &format!("bad.ngc:{}:{column}\n", 10 + 2 * index));
+    }
+    shop.write("bad.ngc", program().replace("M5\n", &"G777\n".repeat(60)));
+    let call = shop.call(&retarget);
+    call.refused("10 more are not shown", "bad.ngc:71:1");
+    assert_eq!(call.err.matches("G777 is no code of this control").count(), 50, "{}", call.err);
+    assert_eq!(shop.files(), before);
+}
+
 /// Each call is refused with the message and the place, and leaves no file behind.
 #[test]
 fn bad_programs_and_paths_are_refused_with_their_place() {

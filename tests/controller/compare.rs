@@ -83,16 +83,21 @@ pub(crate) fn joints(setup: &Setup, samples: &[Sample]) -> (Difference, usize) {
     (worst, compared)
 }
 
-/// Largest speed at feed of any joint, from sample to sample, over its top speed. Nobody but the program keeps it: this
-/// controller watches the speeds of its world axes.
-pub(crate) fn fastest_at_feed(setup: &Setup, samples: &[Sample]) -> f64 {
+/// Largest speed of any joint in moves of a kind, from sample to sample, over its top speed. Nobody but the program keeps
+/// it: this controller watches the speeds of its world axes.
+pub(crate) fn fastest(setup: &Setup, samples: &[Sample], kind: Kind) -> f64 {
     let speeds = setup.machine().speeds();
-    let feeding = samples.windows(2).filter(|pair| pair.iter().all(|sample| sample.kind == Kind::Feed));
-    let shares = feeding.flat_map(|pair| {
+    let moving = samples.windows(2).filter(|pair| pair.iter().all(|sample| sample.kind == kind));
+    let shares = moving.flat_map(|pair| {
         let (from, to) = (pair[0].joints.values(), pair[1].joints.values());
         std::array::from_fn::<f64, 5, _>(|k| (to[k] - from[k]).abs() / CYCLE / speeds[k])
     });
     shares.fold(0.0, f64::max)
+}
+
+/// Seconds of all feed moves.
+pub(crate) fn at_feed(samples: &[Sample]) -> f64 {
+    samples.iter().filter(|sample| sample.kind == Kind::Feed).count() as f64 * CYCLE
 }
 
 /// Largest way of the linear joints while a change of the world position reaches them.
@@ -181,6 +186,7 @@ pub(crate) fn joint_motion(ours: &ToolMotion, samples: &[Sample]) -> ToolMotion 
         kind: if pair[1].kind == Kind::Rapid { SegmentKind::Rapid } else { SegmentKind::Feed },
         start: cycle as f64 * CYCLE,
         duration: CYCLE,
+        programmed: CYCLE,
         from: pair[0].joints,
         to: pair[1].joints,
         path: Path::Joints,

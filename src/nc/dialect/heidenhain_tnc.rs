@@ -88,7 +88,7 @@ pub(super) fn writing() -> Style {
 {{ ('machine ' ~ machine ~ ' dialect ' ~ dialect) | comment }}
 {{ ('regulus ' ~ version) | comment }}
 {{ ('work offset ' ~ work_offset) | comment }}
-M126
+{% if wrapped %}M126{% else %}M127{% endif %}
 {% for line in start_lines %}{{ line }}
 {% endfor %}",
             tool_call: "TOOL CALL {{ tool_number }} Z S{{ spindle }}

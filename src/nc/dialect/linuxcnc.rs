@@ -62,6 +62,16 @@ pub(super) fn writing() -> Style {
     Style {
         templates: Templates {
             header: concat!("%\n{{ name | comment }}\n", about!(), known_state!()),
+            // With TCP on, rapids may pass the speeds of the axes: the way there is done without, or else slowly and one
+            // word at a time.
+            approach: "{% if rotary and turn_feed %}G94 G1 {{ rotary }} F{{ turn_feed }}
+{% elif rotary %}G0 {{ rotary }}
+{% endif %}{% if switchable %}G0 {{ across }}
+G0 {{ joint }}
+{% if tcp %}{{ tcp_on }}
+G0 {{ start }}
+{% endif %}{% else %}{% for word in start_words %}G0 {{ word }}
+{% endfor %}{% endif %}",
             end: "{{ length_off }}
 M5
 {% for line in end_lines %}{{ line }}

@@ -106,7 +106,27 @@ impl Style {
 impl Rules {
     /// The rules of a machine's control.
     pub fn of(machine: &Machine) -> Self {
-        Self::new(machine.control.dialect, &machine.control.options, &machine.present_letters())
+        let mut rules = Self::new(machine.control.dialect, &machine.control.options, &machine.present_letters());
+        machine.control.work_offsets.iter().for_each(|offset| rules.name_offset(&offset.name));
+        rules
+    }
+
+    /// The codes of work offsets are those that the machine file names them by.
+    fn name_offset(&mut self, name: &str) {
+        let tenths = |code: f64| (code * 10.0).round() as u16;
+        match self.words_of(name)[..] {
+            [(b'G', code)] => self.set_g(&[tenths(code)], GCode::WorkOffset(tenths(code))),
+            [(b'G', code), (letter, _)] => {
+                let tenths = tenths(code);
+                self.set_g(&[tenths], GCode::NumberedWorkOffset { tenths, letter });
+            }
+            _ => {}
+        }
+    }
+
+    /// The letters and numbers of a code.
+    fn words_of(&self, code: &str) -> Vec<(u8, f64)> {
+        self.cut(code.as_bytes()).words.iter().map(|word| (word.letter, word.value)).collect()
     }
 
     /// The rules of a control; with no `letters`, a machine with any axes is supposed.
@@ -130,6 +150,12 @@ impl Rules {
         rules.least_increment = options.least_increment;
         rules.inverse_time_unit = options.inverse_time_unit;
         rules.usual_feed_radius = options.feed_radius;
+        let [on, off] = &options.length_codes;
+        for (code, meaning) in [(on, GCode::LengthOn { tcp: None }), (off, GCode::LengthOff { tcp: false })] {
+            if let [(b'G', code)] = rules.words_of(code)[..] {
+                rules.set_g(&[(code * 10.0).round() as u16], meaning);
+            }
+        }
         rules.switch_tcp(options);
         rules
     }
@@ -145,10 +171,7 @@ impl Rules {
 
     /// Puts the machine's own codes for TCP into the tables.
     fn switch_tcp(&mut self, options: &DialectOptions) {
-        let words = |code: &Option<String>| -> Vec<(u8, f64)> {
-            let blocks = self.cut(code.as_deref().unwrap_or_default().as_bytes());
-            blocks.words.iter().map(|word| (word.letter, word.value)).collect()
-        };
+        let words = |code: &Option<String>| self.words_of(code.as_deref().unwrap_or_default());
         let (on, vectors, off) = (words(&options.tcp_on), words(&options.tcp_on_vectors), words(&options.tcp_off));
         if let ([(b'M', code), (b'E', output), (b'Q', on)], [.., (b'Q', off)]) = (&on[..], &off[..]) {
             if *code == 68.0 {

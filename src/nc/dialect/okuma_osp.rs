@@ -3,17 +3,16 @@
 use super::style::{Style, Templates};
 use super::words::{about, style_with_length_in_tcp};
 use super::{Lexical, Rules};
-use crate::nc::code::{GCode, MCode, WorkOffsetCode};
+use crate::nc::code::{GCode, MCode};
 
 /// How an Okuma OSP reads programs.
 pub(super) fn reading() -> Rules {
     let mut rules =
         Rules::of_words(Lexical { blanks_in_numbers: false, semicolon_comments: false, max_block_length: None });
-    // Work offsets by G15 H, tool length by G56 H, ended by G53; the usual codes for these mean something else.
-    rules.set_g(&[430, 490, 540, 550, 570, 580, 590], GCode::Unknown);
-    rules.set_g(&[150], GCode::NumberedWorkOffset { tenths: WorkOffsetCode::G15, letter: b'H' });
-    rules.set_g(&[540, 550, 560, 570, 580, 590], GCode::LengthOn { tcp: None });
-    rules.set_g(&[530], GCode::LengthOff { tcp: false });
+    // The usual codes of work offsets and tool length mean something else; a machine file names its own.
+    rules.set_g(&[430, 490, 530], GCode::Unknown);
+    rules.set_g(&[150], GCode::NumberedWorkOffset { tenths: 150, letter: b'H' });
+    rules.set_g(&[540, 550, 560, 570, 580, 590], GCode::Unsupported);
     rules.set_g(&[610], GCode::ExactPath);
     rules.set_g(&[640], GCode::Harmless(0));
     rules.set_g(&[60, 160, 220, 300, 310, 600, 620, 690, 1000, 1010, 1020, 1030, 1160, 1680, 1690], GCode::Unsupported);
@@ -41,7 +40,6 @@ M5
 ",
             ..style.templates
         },
-        length_codes: ["G56", "G53"],
         ..style
     }
 }

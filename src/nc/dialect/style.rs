@@ -33,8 +33,6 @@ pub(in crate::nc) struct Style {
     pub(in crate::nc) whole_vectors: bool,
     /// How the number of a wrapped rotary axis is wrapped.
     pub(in crate::nc) wrapped: Wrapped,
-    /// Codes that begin and end a tool length offset.
-    pub(in crate::nc) length_codes: [&'static str; 2],
     /// Whether the tool call brings the tool length along, so that no block of its own is needed.
     pub(in crate::nc) length_with_tool: bool,
     /// Whether the code that turns TCP on brings the tool length along.

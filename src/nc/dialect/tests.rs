@@ -1,7 +1,7 @@
 //! What each control's own words mean, and what is said about those that mean nothing.
 
 use super::Rules;
-use crate::machine::{Dialect, DialectOptions, PointRule, TcpInterpolation};
+use crate::machine::{Dialect, DialectOptions, Machine, PointRule, TcpInterpolation, builtin};
 use crate::nc::program::{ArcCentre, AxisSet, Change, Feed, Frame, LengthOffset, Turn, Way};
 use crate::nc::{Finding, Program, read};
 
@@ -143,6 +143,18 @@ fn fanuc_and_its_kin_take_tool_vectors_and_lengths_in_one_block() {
     let program = read_as(Dialect::OkumaOsp, "G15 H2\nG0 G169 X1. Y2. Z3. A5. C6. H5\nG170\nM2\n");
     assert!(matches!(changes(&program)[0], Change::WorkOffset(code) if code.to_string() == "G15 H2"));
     assert_eq!(changes(&program)[2..4], [Change::Tcp(true), Change::Tcp(false)]);
+}
+
+#[test]
+fn a_machine_file_names_the_codes_of_work_offsets_and_tool_lengths() {
+    let text = builtin("trunnion-ac-30i").unwrap().replace("dialect = \"fanuc-30i\"", "dialect = \"okuma-osp\"");
+    let text = text
+        .replace("[control.work_offsets]", "[control.work_offsets]\n\"G17.5 E2\" = [1, 2, 3]")
+        .replace("[control.options]", "[control.options]\nlength_codes = [\"G343\", \"G349\"]");
+    let machine = Machine::read("m.toml", &text).unwrap();
+    let program = read(b"G17.5 E2\nG343 H5\nG349\nM2\n", &Rules::of(&machine));
+    assert!(matches!(changes(&program)[0], Change::WorkOffset(code) if code.to_string() == "G17.5 E2"));
+    assert_eq!(changes(&program)[1..3], [Change::Length(LengthOffset::Number(5)), Change::Length(LengthOffset::Off)]);
 }
 
 #[test]

@@ -122,7 +122,6 @@ M5
         vector: ["I", "J", "K"],
         whole_vectors: false,
         wrapped: Wrapped { before: "", behind: "" },
-        length_codes: ["G43", "G49"],
         length_with_tool: false,
         length_with_tcp: false,
     }

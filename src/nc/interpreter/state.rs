@@ -156,8 +156,8 @@ impl Interpreter<'_> {
             self.change(block, Change::Length(length));
         }
         if let Some(tenths) = codes.work_offset {
-            let number = codes.offset_letter.and_then(|letter| letters.get(letter)).unwrap_or(0.0) as u16;
-            self.change(block, Change::WorkOffset(WorkOffsetCode { tenths, number }));
+            let chosen = codes.offset_letter.and_then(|letter| Some((letter, letters.get(letter)? as u16)));
+            self.change(block, Change::WorkOffset(WorkOffsetCode { tenths, chosen }));
         }
     }
 

@@ -7,7 +7,6 @@ use crate::tool::Tool;
 use crate::verify::body::Body;
 use crate::verify::bound::{Bounds, Region};
 use crate::verify::deviation::{Fineness, measure};
-use crate::verify::strips::Runs;
 use crate::verify::sweep::Timeline;
 
 /// Bounds, and the sampled overcut and undercut; `change` is how much refinement between samples may overlook.
@@ -16,7 +15,7 @@ fn bounds(tool: &Tool, motion: &Blocks, surface: &DesignSurface, change: f64) ->
     let body = Body::of(tool.flutes().iter());
     let sweep = timeline.sweep(&body, WINDOW, 1e-6);
     let part = measure(surface, &sweep, WINDOW, &Fineness { spacing: 1.0, change, border: 0.01 });
-    let runs = Runs::of(motion);
+    let runs = runs(motion);
     let found = Region { surface, sweep: &sweep, part: &part, runs: &runs }.bounds(1e-3);
     let depth = |m: Option<crate::verify::MeasuredSample>| m.and_then(|m| m.deviation()).unwrap_or(0.0);
     (found, -depth(part.worst_overcut), depth(part.worst_undercut))

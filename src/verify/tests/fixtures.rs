@@ -5,6 +5,7 @@ use crate::motion::Pose;
 use crate::tool::meridian::at;
 use crate::tool::{CutterShape, Fixture, ProfilePoint, Tool};
 use crate::verify::BlockMotion;
+use crate::verify::Runs;
 use crate::verify::body::Body;
 use crate::verify::motion_tree::MotionTree;
 use crate::verify::swept::Query;
@@ -66,6 +67,11 @@ impl BlockMotion for Blocks {
     fn is_rapid(&self, block: usize) -> bool {
         self.rapid[block]
     }
+}
+
+/// Runs between rapids.
+pub(super) fn runs(motion: &Blocks) -> Runs {
+    Runs::of(&motion.rapid)
 }
 
 pub(super) fn pose(tip: [f64; 3], axis: [f64; 3]) -> Pose {

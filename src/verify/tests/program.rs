@@ -75,6 +75,7 @@ fn good_program_passes_with_all_keys_in_order() {
         "duration_s",
         "cut_length_mm",
         "max_block_rate_hz",
+        "blending_mm",
         "round_trip",
         "axes",
         "X",
@@ -96,7 +97,8 @@ fn good_program_passes_with_all_keys_in_order() {
     assert_eq!(value["format"], "regulus-verify");
     assert_eq!(value["verdict"], "pass");
     assert_eq!(value["deviation"]["within_tolerance_share"], 1.0);
-    assert_eq!(value["strips"]["count"], 1);
+    // Beside the part the tool is in free space: each way across it is a strip.
+    assert_eq!(value["strips"]["count"], 3);
     assert!(!json.contains("-0.0,") && !json.contains("-0.0\n"), "{json}");
     assert_eq!(value["axes"]["X"]["max"], 40.0);
     assert_eq!(value["round_trip"], serde_json::Value::Null);
@@ -141,6 +143,16 @@ fn unknown_text_refuses_a_pass_unless_told_to_go_on() {
     assert!(only_reason(&refused).contains("line 2"), "{:?}", refused.record.reasons);
     let told = check(&text, None, &Settings { despite_unknown_text: true, ..Settings::default() });
     assert_eq!(told.record.verdict, Verdict::Pass);
+}
+
+/// Overcut 0, allowed 0.005 mm.
+#[test]
+fn corners_that_may_be_rounded_are_a_band_about_the_motion() {
+    let with = |tolerance: &str| check(&program(&format!("G64 P{tolerance}\n{}", cuts())), None, &Settings::default());
+    let narrow = with("0.004").record;
+    assert_eq!((narrow.verdict, narrow.program.blending_mm), (Verdict::Pass, 0.004), "{:?}", narrow.reasons);
+    let wide = with("0.006");
+    assert!(only_reason(&wide).contains("overcut may be 0.0060 mm"), "{:?}", wide.record.reasons);
 }
 
 #[test]
@@ -195,6 +207,52 @@ fn round_trip_is_the_distance_from_the_path() {
     };
     assert!(against(0.0).tip_max_mm < 1e-9 && against(0.0).axis_max_deg < 1e-9, "{:?}", against(0.0));
     assert!((against(0.013).tip_max_mm - 0.013).abs() < 1e-9, "{:?}", against(0.013));
+}
+
+/// Two cuts of the plane with a link between; what is between them in program and path.
+fn two_cuts(aside: &str) -> (String, ToolPath) {
+    let body = format!("G0 Z5\nG1 Z0 F600\nX40\n{aside}X-40 Y4\nZ0\nG1 X40 F600\n");
+    let at = |x: f64, y: f64, z: f64| pose([x, y, z], [0.0, 0.0, 1.0]);
+    let pass = |kind, poses: Vec<Pose>| Pass { kind, strip: None, motion: PassMotion::Poses(poses) };
+    let passes = vec![
+        pass(PassKind::Cut, vec![at(-40.0, -5.0, 0.0), at(40.0, -5.0, 0.0)]),
+        pass(
+            PassKind::Rapid,
+            vec![at(40.0, -5.0, 0.0), at(40.0, -5.0, 20.0), at(-40.0, 4.0, 20.0), at(-40.0, 4.0, 0.0)],
+        ),
+        pass(PassKind::Cut, vec![at(-40.0, 4.0, 0.0), at(40.0, 4.0, 0.0)]),
+    ];
+    (program(&body).replace("X-40 Y-6", "X-40 Y-5"), ToolPath { passes, ..path(0.0) })
+}
+
+#[test]
+fn a_link_at_feed_through_free_space_is_a_link() {
+    let found = ["G0 Z20\n", "G1 Z20 F9000\n"].map(|aside| {
+        let (text, path) = two_cuts(aside);
+        check(&text, Some(&path), &Settings::default()).record
+    });
+    for found in found {
+        assert_eq!((found.verdict, found.strips.count), (Verdict::Pass, 2), "{:?}", found.reasons);
+        let round_trip = found.round_trip.unwrap();
+        assert!(round_trip.tip_max_mm < 1e-9 && round_trip.axis_max_deg < 1e-9, "{round_trip:?}");
+    }
+    // Low over the part it is no link, and no part of the path either.
+    let (text, path) = two_cuts("G1 Z0.5 F9000\n");
+    let low = check(&text, Some(&path), &Settings::default()).record;
+    assert!(low.round_trip.unwrap().tip_max_mm > 0.4, "{low:?}");
+}
+
+/// To turn rotary axes back the post leaves the part and comes back to the same place: that is no part of the path.
+#[test]
+fn ways_out_that_the_path_does_not_know_are_no_deviation_from_it() {
+    let straight = "G1 Z0 F600\nX40\nY0";
+    for out in ["G0 Z20\nZ5\nG1 Z0 F600", "G1 Z5 F9000\nZ20\nZ5\nZ0 F600"] {
+        let body = cuts().replace(straight, &format!("G1 Z0 F600\nX3\n{out}\nX40\nY0"));
+        let found = check(&program(&body), Some(&path(0.0)), &Settings::default()).record;
+        assert!(found.round_trip.unwrap().tip_max_mm < 1e-9, "{out}: {:?}", found.round_trip);
+        let gone = check(&program(&body.replace("X3\n", "X3 Y-5\n")), Some(&path(0.0)), &Settings::default()).record;
+        assert!(gone.round_trip.unwrap().tip_max_mm > 1.0 - 1e-9, "{out}: {:?}", gone.round_trip);
+    }
 }
 
 /// A curved and twisted strip whose parameter runs slowly at one end, very fast in the middle and slowly again.

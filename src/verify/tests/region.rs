@@ -9,7 +9,7 @@ use crate::verify::body::Body;
 use crate::verify::contacts::{Contact, Contacts, Obstacle, ToolBody};
 use crate::verify::crossings::{Allowed, crossings};
 use crate::verify::deviation::{Fineness, PartDeviation, measure};
-use crate::verify::strips::{Runs, Seams, seams};
+use crate::verify::strips::{Seams, seams};
 use crate::verify::sweep::Timeline;
 use std::collections::BTreeSet;
 
@@ -122,7 +122,7 @@ fn measured_seams(tool: &Tool, motion: &Blocks, surface: &DesignSurface) -> Seam
     let body = Body::of(tool.flutes().iter());
     let sweep = timeline.sweep(&body, WINDOW, 1e-6);
     let part = measure(surface, &sweep, WINDOW, &fineness(0.7));
-    seams(surface, &sweep, &part, &Runs::of(motion))
+    seams(surface, &sweep, &part, &runs(motion))
 }
 
 #[test]
@@ -175,7 +175,7 @@ fn threads_change_nothing() {
 
 fn contacts(tool: &Tool, motion: &Blocks, surface: &DesignSurface, check: Option<&DesignSurface>) -> Vec<Contact> {
     let timeline = Timeline::new(motion, tool.flute_length());
-    let runs = Runs::of(motion);
+    let runs = runs(motion);
     let flutes = Body::of(tool.flutes().iter());
     let sweep = timeline.sweep(&flutes, WINDOW, 1e-6);
     let part = measure(surface, &sweep, WINDOW, &fineness(0.7));
