@@ -76,7 +76,7 @@ mod tests {
     /// The feed moves must take as long as we say: each goes from rest to rest (G61).
     fn assert_takes_as_long(emitted: &Emitted, samples: &[Sample]) {
         let feed = emitted.motion.segments().iter().filter(|segment| segment.kind == SegmentKind::Feed);
-        let (ours, theirs) = (feed.map(|segment| segment.duration).sum::<f64>(), at_feed(samples));
+        let (ours, theirs) = (feed.map(|segment| segment.duration).sum::<f64>(), at_feed(&emitted.motion, samples));
         println!("{}: feed moves take {ours} s, {theirs} s there", emitted.setup().machine().name);
         assert!((ours / theirs - 1.0).abs() <= TIME, "{ours} s, {theirs} s there");
     }

@@ -84,6 +84,7 @@ fn axes(machine: &Machine) -> String {
     let control = &machine.control;
     let offsets: Vec<_> = control.work_offsets.iter().map(|o| o.name.as_str()).collect();
     let tcp = if control.tcp { "on" } else { "off" };
+    let _ = writeln!(text, "numbers from: {}", machine.source);
     let _ = writeln!(text, "control {}, TCP {tcp}, work offsets {}", control.dialect.name(), offsets.join(", "));
     text
 }

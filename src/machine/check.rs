@@ -69,10 +69,19 @@ pub fn check(machine: &Machine) -> Result<CheckReport> {
         format!("forward after inverse on {POSES} poses: {tip_error:.1e} mm, {axis_error:.1e} rad"),
         reach_in_words(&setup, reachable_share),
     ];
+    if machine.rotary.iter().all(|axis| axis.is_present()) {
+        let [all, any] = map.tilts();
+        lines.push(format!(
+            "within the limits: every tool axis up to {all} degrees from the spindle's, some up to {any}, to 5 degrees"
+        ));
+    }
     lines.extend(poles.iter().map(|pole| {
         format!(
             "singular at tool axis [{:.6}, {:.6}, {:.6}]: axis {} may stand anywhere",
-            pole.x, pole.y, pole.z, first.letter
+            pole.x + 0.0,
+            pole.y + 0.0,
+            pole.z + 0.0,
+            first.letter
         )
     }));
     lines.extend(contradictions.iter().map(|c| format!("contradiction: {c}")));
@@ -285,7 +294,8 @@ mod tests {
             assert!((0..72).all(|column| map.at(row, column) == expected), "{row}");
         }
         let text = map.text();
-        let rows: Vec<&str> = text.lines().skip(1).collect();
+        assert_eq!(map.tilts(), [120.0, 120.0]);
+        let rows: Vec<&str> = text.lines().skip(2).collect();
         assert!(rows[2].ends_with(&"#".repeat(72)) && rows[3].ends_with(&"+".repeat(72)), "{text}");
         assert!(rows[0].contains('O') && rows[17].ends_with(&".".repeat(72)));
         let svg = map.svg("a < b & c");

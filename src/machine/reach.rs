@@ -126,11 +126,22 @@ impl ReachMap {
         self.cells.get(row * SIZE.1 + column).copied().unwrap_or_default()
     }
 
+    /// Degrees from the spindle's axis up to which every direction is made, and beyond which none is: to the height of a
+    /// row.
+    pub fn tilts(&self) -> [f64; 2] {
+        let row = |row: usize| (0..SIZE.1).map(move |column| self.at(row, column) != Ways::None);
+        let all = (0..SIZE.0).find(|index| row(*index).any(|made| !made)).unwrap_or(SIZE.0);
+        let any = (0..SIZE.0).rev().find(|index| row(*index).any(|made| made)).map_or(0, |last| last + 1);
+        [all, any].map(|rows| rows as f64 * 180.0 / SIZE.0 as f64)
+    }
+
     /// The map in letters: `#` both branches, `+` one, `.` none, `O` a singular direction; two rows of the map a line.
     pub fn text(&self) -> String {
         let poles: Vec<usize> = self.poles.iter().map(|pole| self.cell(pole)).collect();
         let mut text =
             String::from("reach: tilt from the spindle's axis down, azimuth from -180 across to 180 degrees\n");
+        let ticks = [-180, -90, 0, 90, 180].map(|azimuth| format!("{azimuth:<18}")).concat();
+        let _ = writeln!(text, "      {}", ticks.trim_end());
         for line in 0..SIZE.0 / 2 {
             let _ = write!(text, "{:>5} ", line * 360 / SIZE.0);
             for column in 0..SIZE.1 {

@@ -181,17 +181,24 @@ fn chords(motion: &ToolMotion, segment: &Segment, height: f64) -> usize {
 /// feeds what is a rapid in the other, both are matched from where the first of them begins to cut.
 fn match_runs([a, b]: &[Vec<Run>; 2], whole: &[Vec<TracePoint>; 2]) -> (Comparison, bool) {
     // Between two runs at a feed there is one of rapids, so as many runs are as many passages.
+    let mut by_passage = None;
     if a.len() == b.len() {
-        let mut found = Comparison::default();
+        let found: &mut Comparison = by_passage.insert(Comparison::default());
         for (first, second) in a.iter().zip(b) {
             found.take(&compare(&first.points, &second.points).unwrap_or_default());
         }
-        return (found, true);
+        if found.feed.distance() <= SAME_PLACE {
+            return (*found, true);
+        }
     }
     let [a, b] = whole;
     let (first, last) = (common(a, b, false), common(a, b, true));
     let (a, b) = (between(a, first.0, last.0), between(b, first.1, last.1));
-    (compare(a, b).unwrap_or_default(), false)
+    let whole = compare(a, b).unwrap_or_default();
+    match by_passage {
+        Some(found) if found.feed.distance() <= whole.feed.distance() => (found, true),
+        _ => (whole, false),
+    }
 }
 
 /// The points from one to another, none if they are the wrong way round.
@@ -220,7 +227,7 @@ fn common(a: &[TracePoint], b: &[TracePoint], last: bool) -> (usize, usize) {
     if off_b <= off_a { (from_a, in_b) } else { (in_a, from_b) }
 }
 
-/// Places whose distances from a third differ by less are the same, mm.
+/// Nearer places are the same, mm.
 const SAME_PLACE: f64 = 0.01;
 
 fn size(motion: &ToolMotion, runs: &[Run]) -> ProgramSize {

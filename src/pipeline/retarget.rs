@@ -316,9 +316,6 @@ mod tests {
             for found in [there.difference, back.difference, home.unwrap().difference] {
                 let feed = found.feed;
                 assert!(feed.tip_mm.value <= 0.001 && feed.flank_mm.value <= 0.001, "{name}: {found:?}");
-                // Rapids that would be too fast for an axis are fed on controls that do not look.
-                let alike = name == "trunnion-ac-30i" || found.size[0].passages != found.size[1].passages;
-                assert!(found.matched_by_passage || alike, "{name}: {found:?}");
                 // The axes of these machines are fast enough for all of it.
                 assert!(feed.time_s.value < 0.01 * found.size[0].feed_s, "{name}: {found:?}");
             }

@@ -95,9 +95,11 @@ pub(crate) fn fastest(setup: &Setup, samples: &[Sample], kind: Kind) -> f64 {
     shares.fold(0.0, f64::max)
 }
 
-/// Seconds of all feed moves.
-pub(crate) fn at_feed(samples: &[Sample]) -> f64 {
-    samples.iter().filter(|sample| sample.kind == Kind::Feed).count() as f64 * CYCLE
+/// Seconds of all feed moves from our first segment on.
+pub(crate) fn at_feed(ours: &ToolMotion, samples: &[Sample]) -> f64 {
+    let first = ours.segments().first().map_or(0, |segment| segment.line);
+    let feeding = samples.iter().filter(|sample| sample.line >= first && sample.kind == Kind::Feed);
+    feeding.count() as f64 * CYCLE
 }
 
 /// Largest way of the linear joints while a change of the world position reaches them.
