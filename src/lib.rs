@@ -89,6 +89,8 @@ pub mod nc;
 
 pub mod simulate;
 
+pub mod stock;
+
 pub mod verify;
 
 pub mod report;

@@ -7,7 +7,7 @@ use source_tree::SourceTree;
 use std::path::Path;
 
 /// Modules that judge a program and therefore must not know how it came about.
-const JUDGES: [&str; 2] = ["simulate", "verify"];
+const JUDGES: [&str; 3] = ["simulate", "stock", "verify"];
 /// What judges must not use, not even through others.
 const PLANNING: [&str; 4] = ["plan", "optimize", "envelope", "feed"];
 /// Modules that stand over the pure ones and may touch files and terminals.
