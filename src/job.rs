@@ -1,11 +1,12 @@
 //! The job file: what to mill, with which tool, how, on which machine. Raw keys are read by serde, then checked into a
 //! [`Job`] that cannot be wrong; every complaint names line, column and remedy. Uses `diagnostic`, `geometry`, `part`,
-//! `tool`, `motion`, `machine` and `plan`.
+//! `tool`, `motion`, `machine`, `plan`, `stock` and `verify`.
 
 mod catalogue;
 mod limits;
 mod rajain;
 mod raw;
+mod stock;
 mod tool;
 mod tool_file;
 
@@ -17,6 +18,7 @@ use crate::part::{ReadOptions, Units};
 use crate::plan::{Method, Strategy, StrategyKind, TipSide};
 pub use catalogue::{CatalogueEntry, read_catalogue};
 use limits::Checks;
+pub use stock::{BlankSpec, StockSpec};
 pub use tool::ToolSpec;
 pub use tool_file::{fact_lines, read_tool, write_tool};
 
@@ -40,6 +42,8 @@ pub struct Job {
     pub feed: Feed,
     /// How to write.
     pub output: Output,
+    /// The material before the program, where its way through it is to be followed.
+    pub stock: Option<StockSpec>,
     /// What the user should know although the job is good.
     pub warnings: Vec<Diagnostic>,
     text: TomlText,
@@ -123,9 +127,10 @@ impl Job {
         checks.within("feed.spindle", raw.feed.spindle, &limits::SPINDLE);
         let feed = Feed { cut: raw.feed.cut, reference: raw.feed.reference, spindle_rpm: raw.feed.spindle };
         let output = output(&mut checks, &raw.output, &part);
+        let stock = raw.stock.and_then(|raw| stock::stock(&mut checks, raw));
         match (checks.finish(), tool) {
             ((findings, warnings), Some(tool)) if findings.is_empty() => {
-                Ok(Self { name, part, tool, strategy, direction_field, machine, feed, output, warnings, text })
+                Ok(Self { name, part, tool, strategy, direction_field, machine, feed, output, stock, warnings, text })
             }
             ((findings, _), _) => Err(findings),
         }

@@ -13,6 +13,7 @@ mod page;
 mod recover;
 mod retarget;
 mod stages;
+mod stock;
 
 pub use check::{CheckRequest, Checked, check, doubts};
 pub use diff::{Compared, Difference, Differences, ProgramSize, diff};
@@ -28,4 +29,5 @@ pub use inspect_path::{OperationSummary, PathSummary, inspect_path};
 pub use pace::{Load, Pace, Passage, SlowStretch};
 pub use page::page;
 pub use retarget::{Recovered, RetargetGoal, RetargetRequest, Retargeted, recover, retarget};
-pub use stages::{Judged, Judging, PostRequest, Posted, judge, plan, plan_observed, post, post_job};
+pub use stages::{Judged, Judging, PostRequest, Posted, judge, mill_program, plan, plan_observed, post, post_job};
+pub use stock::{StockReport, stock_report};

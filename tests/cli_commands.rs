@@ -14,6 +14,8 @@ mod interrupt;
 mod programs;
 #[path = "cli_commands/rajain.rs"]
 mod rajain;
+#[path = "cli_commands/stock.rs"]
+mod stock;
 #[path = "cli_commands/tools.rs"]
 mod tools;
 #[path = "cli_commands/workshop.rs"]

@@ -3,7 +3,7 @@
 use super::files::{FROM_CURRENT_FOLDER, read_bytes, read_text};
 use super::{Refusal, Terminal};
 use crate::diagnostic::{Diagnostic, Result};
-use crate::job::Job;
+use crate::job::{BlankSpec, Job};
 use crate::machine::{Machine, builtin};
 use crate::pipeline::{InputFile, Inputs, PartFiles};
 use std::path::Path;
@@ -48,6 +48,10 @@ pub(super) fn job_inputs(path: &Path, machine: Option<&str>, terminal: &mut Term
         check.extend(keep(&format!("part.check[{i}]"), named_file(folder, file)));
     }
     let field = job.direction_field.as_ref().and_then(|file| keep("strategy.rajain.field", named_file(folder, file)));
+    let stock = match job.stock.as_ref().map(|stock| &stock.blank) {
+        Some(BlankSpec::File(file)) => keep("stock.file", named_file(folder, file)),
+        _ => None,
+    };
     let machine = match machine {
         Some(given) => machine_file(given, Path::new("")),
         None => machine_file(&job.machine.file, folder),
@@ -59,7 +63,10 @@ pub(super) fn job_inputs(path: &Path, machine: Option<&str>, terminal: &mut Term
     let check: Vec<_> = check.iter().map(|(name, bytes)| InputFile { name, bytes }).collect();
     let body = body.as_ref().map(|(name, bytes)| InputFile { name, bytes });
     let files = PartFiles { surface: InputFile { name: &name, bytes: &bytes }, body, check: &check };
-    let inputs = Inputs::read(job, &files, &machine.machine, &machine.text)?;
+    let mut inputs = Inputs::read(job, &files, &machine.machine, &machine.text)?;
+    if let Some((name, bytes)) = &stock {
+        inputs = inputs.with_stock_file(InputFile { name, bytes })?;
+    }
     match field {
         Some((name, bytes)) => Ok(inputs.with_direction_field(InputFile { name: &name, bytes: &bytes })?),
         None => Ok(inputs),

@@ -10,6 +10,7 @@ mod plan;
 mod post;
 mod retarget;
 mod run;
+mod stock;
 mod summary;
 mod terminal;
 mod tools;
@@ -46,6 +47,8 @@ enum Command {
     Post(post::Arguments),
     /// Judge a program by what the swept tool leaves of a job's part
     Verify(verify::Arguments),
+    /// Take a program through a job's stock: removal, engagement, rapids in material, what is left
+    Stock(stock::Arguments),
     /// Rank the cutters of a catalogue for a job's part
     Tools(tools::Arguments),
     /// Say what an NC program or a part file holds
@@ -120,6 +123,7 @@ fn dispatch(arguments: &Arguments, terminal: &mut Terminal) -> Result<Outcome, R
         Command::Plan(arguments) => plan::run(arguments, terminal),
         Command::Post(arguments) => post::run(arguments, terminal),
         Command::Verify(arguments) => verify::run(arguments, terminal),
+        Command::Stock(arguments) => stock::run(arguments, terminal),
         Command::Tools(arguments) => tools::run(arguments, terminal),
         Command::Inspect(arguments) => inspect::run(arguments, terminal),
         Command::Retarget(arguments) => retarget::run(arguments, terminal),

@@ -5,7 +5,7 @@ use crate::job::fact_lines;
 use crate::pipeline::Posted;
 use crate::plan::meridian::FoundTool;
 use crate::plan::{Plan, RajainFigures, StripReport};
-use crate::verify::{FindingRecord, MachineVerification, ProgramRecord, Verdict, Verification};
+use crate::verify::{FindingRecord, MachineVerification, ProgramRecord, StockRecord, Verdict, Verification};
 use std::fmt::Write;
 
 /// Findings that are shown one by one.
@@ -177,6 +177,9 @@ pub(super) fn of_verdict(record: &Verification) -> String {
             trip.tip_max_mm, trip.axis_max_deg
         );
     }
+    if let Some(stock) = &record.stock {
+        text.push_str(&of_stock(stock));
+    }
     let _ = writeln!(text, "limits      {} passed, {} collisions", record.limits.len(), record.collisions.len());
     text + &of_findings(&record.findings) + &of_reasons(record.verdict, &record.reasons)
 }
@@ -195,8 +198,28 @@ fn of_size(program: &ProgramRecord) -> String {
     )
 }
 
+/// The way through the stock.
+pub(super) fn of_stock(stock: &StockRecord) -> String {
+    let on = |line: Option<usize>| line.map_or(String::new(), |line| format!(" on line {line}"));
+    format!(
+        "stock       {:.1} mm³ of {:.1} left, {:.1} taken, {:.1} by rapids, {:.1} by shank and holder; cells of {:.4} mm\n\
+         removal     at most {:.3} cm³/min{}, engagement at most {:.0} deg{}, {:.1} % of the time at feed in air\n",
+        stock.volume_after_mm3,
+        stock.volume_before_mm3,
+        stock.removed_mm3,
+        stock.removed_by_rapids_mm3,
+        stock.removed_by_body_mm3,
+        stock.cell_mm,
+        stock.removal_max_cm3_min,
+        on(stock.removal_max_line),
+        stock.engagement_max_deg,
+        on(stock.engagement_max_line),
+        100.0 * stock.air_share
+    )
+}
+
 /// What was found, a line each; nothing where nothing was.
-fn of_findings(findings: &[FindingRecord]) -> String {
+pub(super) fn of_findings(findings: &[FindingRecord]) -> String {
     if findings.is_empty() {
         return String::new();
     }

@@ -17,6 +17,41 @@ pub(super) struct Job {
     pub(super) feed: Feed,
     #[serde(default)]
     pub(super) output: Output,
+    pub(super) stock: Option<Stock>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Stock {
+    #[serde(rename = "box")]
+    pub(super) cuboid: Option<StockBox>,
+    pub(super) cylinder: Option<StockCylinder>,
+    pub(super) file: Option<String>,
+    pub(super) cell: Option<f64>,
+    pub(super) feed_limit: Option<f64>,
+    pub(super) removal_limit: Option<f64>,
+    pub(super) engagement_limit_deg: Option<f64>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct StockBox {
+    pub(super) min: [f64; 3],
+    pub(super) max: [f64; 3],
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct StockCylinder {
+    pub(super) base: [f64; 3],
+    #[serde(default = "upward")]
+    pub(super) axis: [f64; 3],
+    pub(super) diameter: f64,
+    pub(super) height: f64,
+}
+
+fn upward() -> [f64; 3] {
+    [0.0, 0.0, 1.0]
 }
 
 #[derive(Deserialize)]

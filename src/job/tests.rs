@@ -276,3 +276,26 @@ fn bad_settings_of_rajain_2023_are_refused() {
     assert!(of("method = \"rajain-2023\"", "rajain = { step = 1.0 }").contains("belong to the method"));
     assert!(after("fairness = 1e-6", "rigidity = 1.0").contains("only the method \"rajain-2023\" weighs rigidity"));
 }
+
+#[test]
+fn a_stock_is_one_of_box_cylinder_and_file() {
+    let with = |stock: &str| format!("{GOOD}\n[stock]\n{stock}\n");
+    let job = Job::read(&with("box = { min = [0, 0, 0], max = [60, 20, 40] }\ncell = 0.2"), "job.toml").unwrap();
+    let stock = job.stock.unwrap();
+    assert_eq!((stock.cell, stock.limits.feed), (Some(0.2), None));
+    let BlankSpec::Given(blank) = stock.blank else { panic!("a box is given") };
+    assert_eq!(blank.bounds().high, Point::new(60.0, 20.0, 40.0));
+    let bar = "cylinder = { base = [0, 0, 0], axis = [1, 0, 0], diameter = 20, height = 50 }\nfeed_limit = 900";
+    let stock = Job::read(&with(bar), "job.toml").unwrap().stock.unwrap();
+    let BlankSpec::Given(blank) = stock.blank else { panic!("a cylinder is given") };
+    assert!((blank.bounds().high - Point::new(50.0, 10.0, 10.0)).norm() < 1e-12 && stock.limits.feed == Some(900.0));
+    let file = Job::read(&with("file = \"left.stl\""), "job.toml").unwrap().stock.unwrap();
+    assert!(matches!(file.blank, BlankSpec::File(name) if name == "left.stl"));
+    let said = |stock: &str| complaints(&with(stock));
+    assert!(said("cell = 0.1").contains("not one of box, cylinder and file"));
+    assert!(said("file = \"a.stl\"\nbox = { min = [0,0,0], max = [1,1,1] }").contains("not one of"));
+    assert!(said("box = { min = [0, 0, 0], max = [1, 0, 1] }").contains("is empty"));
+    assert!(said("file = \"a.stl\"\ncell = 0.0").contains("stock.cell = 0 is out of range"));
+    assert!(said("cylinder = { base = [0,0,0], axis = [0,0,0], diameter = 1, height = 1 }").contains("no direction"));
+    assert!(said("file = \"a.stl\"\nlines = 3").contains("lines"));
+}

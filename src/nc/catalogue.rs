@@ -4,7 +4,7 @@
 //! Codes are grouped by their first digit, see [`GROUPS`]; a code once given is never given to another rule.
 
 /// What a group of rules is about, by the first digit of their codes.
-pub const GROUPS: [(char, &str); 7] = [
+pub const GROUPS: [(char, &str); 8] = [
     ('1', "text and syntax"),
     ('2', "modal state and codes"),
     ('3', "tool, spindle and offsets"),
@@ -12,6 +12,7 @@ pub const GROUPS: [(char, &str); 7] = [
     ('5', "limits of the axes"),
     ('6', "feed and time"),
     ('7', "the part"),
+    ('8', "the stock"),
 ];
 
 /// What a finding weighs.
@@ -238,6 +239,21 @@ catalogue! {
     Collision "R705" "collision" Fault,
         "The tool is where it must not be: shank or holder in the part, or any of it in another body.",
         "Use a longer or slimmer tool, tilt it otherwise, or retract further.";
+    RapidInStock "R801" "rapid-in-stock" Fault,
+        "A rapid move goes through material that is still there.",
+        "Retract further before the rapid, move at a feed, or take the material away first.";
+    BodyInStock "R802" "body-in-stock" Fault,
+        "The shank or the holder goes through material that is still there.",
+        "Use a longer or slimmer tool, cut less deep at once, or tilt the tool otherwise.";
+    FeedInStock "R803" "feed-in-stock" Fault,
+        "A move through material is faster than the job's limit.",
+        "Slow the block, or raise feed_limit of the job's stock.";
+    RemovalRate "R804" "removal-rate" Fault,
+        "More material is removed in a time than the job's limit.",
+        "Slow the block, cut less deep, or raise removal_limit of the job's stock.";
+    Engagement "R805" "engagement" Fault,
+        "The flutes are in material over a wider angle than the job's limit.",
+        "Step over less, cut trochoidally, or raise engagement_limit_deg of the job's stock.";
 }
 
 impl FindingCode {

@@ -5,6 +5,7 @@ use crate::job::{Job, MachineSpec};
 use crate::machine::{DialectOptions, Machine, WorkOffset};
 use crate::part::{DesignSurface, Part, ReadOptions, read, require_closed};
 use crate::plan::DirectionField;
+use crate::stock::Blank;
 use crate::tool::Tool;
 use sha2::{Digest, Sha256};
 
@@ -33,6 +34,8 @@ pub struct Inputs {
     pub hash: String,
     /// The tool, once it is known.
     tool: Option<Tool>,
+    /// The stock's mesh, once it is read.
+    blank: Option<Blank>,
     /// Hash so far, to go on with.
     hasher: Sha256,
 }
@@ -101,7 +104,7 @@ impl Inputs {
                 faces_out_of_bodies(&job, &surface, body.iter().chain(&check)).map_err(|e| vec![*e])?;
                 let part = Part { name: job.name.clone(), surface, body, check };
                 let tool = job.tool.given().cloned();
-                Ok(Self { job, part, machine, hash: digits(&hasher), tool, hasher })
+                Ok(Self { job, part, machine, hash: digits(&hasher), tool, blank: None, hasher })
             }
             _ => Err(findings),
         }
@@ -116,6 +119,16 @@ impl Inputs {
                 .blame("tool.kind", "which tool this job is milled with is found by planning")
                 .help("give its file, tool.toml, which `regulus run` wrote beside the program: --tool FILE")
         })
+    }
+
+    /// The stock that its file holds, where it has been read.
+    pub(super) fn blank(&self) -> Option<&Blank> {
+        self.blank.as_ref()
+    }
+
+    /// Settles what the stock's file holds.
+    pub(super) fn with_blank(self, blank: Blank) -> Self {
+        Self { blank: Some(blank), ..self }
     }
 
     /// Settles which tool the job is milled with.

@@ -9,11 +9,12 @@ use crate::part::{DesignSurface, SampleGrid};
 use crate::plan::Plan;
 use crate::report::{
     self, AxisTrack, Figure, Finding, Mesh, PartView, ReportData, Ruling, SlowRow, StripRow, Timeline, ToolSample,
+    TrackKind,
     tool_outline,
 };
 use crate::simulate::{Segment, ToolMotion};
 use crate::tool::Tool;
-use crate::verify::{FindingRecord, MeasuredSample, Verdict, Verified};
+use crate::verify::{FindingRecord, MeasuredSample, Milled, Verdict, Verified, removal_rate};
 
 /// Samples of the motion and lines of the tool axis that a page carries at most: enough for a smooth picture, small
 /// enough to open at once.
@@ -35,7 +36,7 @@ pub fn page(inputs: &Inputs, plan: Option<&Plan>, judged: &Judged, program: &str
 }
 
 fn data(inputs: &Inputs, tool: &Tool, judged: &Judged, program: &str) -> ReportData {
-    let Judged { motion, verified } = judged;
+    let Judged { motion, verified, milled } = judged;
     let record = &verified.record;
     ReportData {
         name: inputs.job.name.clone(),
@@ -46,7 +47,7 @@ fn data(inputs: &Inputs, tool: &Tool, judged: &Judged, program: &str) -> ReportD
         surroundings: inputs.part.check.iter().map(surrounding).collect(),
         rulings: rulings(tool, motion, verified),
         tool: tool_outline(tool),
-        timeline: timeline(motion),
+        timeline: timeline(motion, milled.as_ref()),
         slow: slow_rows(motion),
         figures: figures(verified),
         findings: findings(motion, verified),
@@ -149,7 +150,7 @@ fn every<T>(list: &[T], most: usize) -> impl Iterator<Item = &T> {
 }
 
 /// The motion at block ends.
-fn timeline(motion: &ToolMotion) -> Timeline {
+fn timeline(motion: &ToolMotion, milled: Option<&Milled>) -> Timeline {
     let machine = motion.setup().machine();
     let letters = machine.letters();
     let (speeds, travels) = (machine.speeds(), travels(motion));
@@ -176,7 +177,25 @@ fn timeline(motion: &ToolMotion) -> Timeline {
             axis.speed.push(scale(i, rate) * 60.0);
         }
     }
+    axes.extend(milled.map(stock_track));
     Timeline { samples, axes }
+}
+
+/// Removal rate and engagement at the samples of the timeline.
+fn stock_track(milled: &Milled) -> AxisTrack {
+    let mut track = AxisTrack { name: "Stock".to_owned(), kind: TrackKind::Stock, ..AxisTrack::default() };
+    let moved: Vec<(usize, f64)> =
+        milled.moves.blocks.iter().zip(&milled.cut.removals).map(|(b, r)| removal_rate(b, r)).enumerate().collect();
+    let mut engagements = milled.cut.engagements.iter().peekable();
+    for (block, rate) in every(&moved, MOST_SAMPLES) {
+        let mut angle = 0.0_f64;
+        while let Some(engagement) = engagements.next_if(|engagement| engagement.block <= *block) {
+            angle = angle.max(engagement.angle.to_degrees());
+        }
+        track.position.push(*rate);
+        track.speed.push(angle);
+    }
+    track
 }
 
 /// Position of each axis at the end of a block, and its mean speed in it; mm, radians and s.

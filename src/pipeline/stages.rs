@@ -1,18 +1,19 @@
 //! The stages of a job, each from what the stage before it gave: plan, post, verify.
 
 use super::check::doubts;
+use super::stock::mill;
 use super::{InputFile, Inputs};
 use crate::diagnostic::{Diagnostic, Result};
 use crate::feed::{Loss, Schedule, excesses};
 use crate::job::ToolSpec;
 use crate::machine::{LinearizeOptions, Machine, Setup, linearize};
 use crate::motion::ToolPath;
-use crate::nc::{self, Rules, WriteRequest, write};
+use crate::nc::{self, Program, Rules, WriteRequest, write};
 use crate::plan::meridian::{ToolRequest, ToolWish, find_tool, plan_found};
 use crate::plan::{self, Observer, Plan, PlanRequest};
 use crate::simulate::{OwnTool, ToolMotion, simulate};
 use crate::tool::Tool;
-use crate::verify::{Settings, Subject, ToleranceRecord, Verified, verify};
+use crate::verify::{Milled, Settings, Subject, ToleranceRecord, Verified, verify};
 
 /// How a program is to be written.
 #[derive(Clone, Copy, Debug)]
@@ -57,6 +58,8 @@ pub struct Judged {
     pub motion: ToolMotion,
     /// Figures and verdict.
     pub verified: Verified,
+    /// The way through the stock, where the job has one.
+    pub milled: Option<Milled>,
 }
 
 /// How a program is to be judged.
@@ -182,14 +185,7 @@ pub fn judge(
     let job = &inputs.job;
     let refuse = |e: Box<Diagnostic>| vec![*e];
     let tool = inputs.tool().map_err(refuse)?;
-    let setup = Setup::new(&inputs.machine, &job.machine.work_offset, tool.gauge_length()).map_err(refuse)?;
-    let read = nc::read(program.bytes, &Rules::of(&inputs.machine));
-    let own = OwnTool { number: tool.number, length_offset: how.length_offset.unwrap_or(tool.number) };
-    let motion = simulate(&read, &setup, Some(own));
-    let doubts = if how.despite_unknown_text { Vec::new() } else { doubts(&motion, program) };
-    if !doubts.is_empty() {
-        return Err(doubts);
-    }
+    let (read, motion) = follow(inputs, program, how)?;
     let subject = Subject {
         program: &read,
         motion: &motion,
@@ -202,5 +198,33 @@ pub fn judge(
     let settings =
         Settings { despite_unknown_text: how.despite_unknown_text, bound, spacing: how.spacing, ..Settings::default() };
     let verified = verify(&subject, &settings);
-    Ok(Judged { motion, verified })
+    let milled = mill(inputs, &motion).map_err(refuse)?;
+    let verified = match &milled {
+        Some(milled) => verified.with_stock(milled),
+        None => verified,
+    };
+    Ok(Judged { motion, verified, milled })
+}
+
+/// Takes a program through the job's stock, without looking at the part.
+pub fn mill_program(inputs: &Inputs, program: InputFile<'_>, how: &Judging) -> Result<Milled, Vec<Diagnostic>> {
+    let (_, motion) = follow(inputs, program, how)?;
+    let milled = mill(inputs, &motion).map_err(|e| vec![*e])?;
+    milled.ok_or_else(|| {
+        let help = "add, for example, [stock] with box = { min = [0, 0, 0], max = [60, 20, 40] }";
+        vec![*Diagnostic::error("the job has no stock").in_file(inputs.job.file()).help(help)]
+    })
+}
+
+/// Reads a program and follows it as the job's machine would. Refuses one with text whose effect is not known, unless
+/// `how` says otherwise.
+fn follow(inputs: &Inputs, program: InputFile<'_>, how: &Judging) -> Result<(Program, ToolMotion), Vec<Diagnostic>> {
+    let refuse = |e: Box<Diagnostic>| vec![*e];
+    let tool = inputs.tool().map_err(refuse)?;
+    let setup = Setup::new(&inputs.machine, &inputs.job.machine.work_offset, tool.gauge_length()).map_err(refuse)?;
+    let read = nc::read(program.bytes, &Rules::of(&inputs.machine));
+    let own = OwnTool { number: tool.number, length_offset: how.length_offset.unwrap_or(tool.number) };
+    let motion = simulate(&read, &setup, Some(own));
+    let doubts = if how.despite_unknown_text { Vec::new() } else { doubts(&motion, program) };
+    if doubts.is_empty() { Ok((read, motion)) } else { Err(doubts) }
 }

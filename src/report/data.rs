@@ -118,9 +118,21 @@ pub struct ToolSample {
     pub line: usize,
 }
 
-/// One machine axis over time.
+/// What the two curves of a track are.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum TrackKind {
+    /// Position and speed of a machine axis.
+    #[default]
+    Axis,
+    /// What is taken from the stock: removal rate, cm^3/min, and engagement, degrees.
+    Stock,
+}
+
+/// One machine axis over time; or the stock, with its own two curves in place of position and speed.
 #[derive(Clone, Debug, Default)]
 pub struct AxisTrack {
+    /// What the curves are.
+    pub kind: TrackKind,
     /// Letter.
     pub name: String,
     /// Unit of the position, `mm` or `deg`; speeds are per minute.

@@ -14,7 +14,7 @@ mod sarif;
 
 pub use data::{
     AxisTrack, Figure, Finding, Mesh, PartView, ProfileSection, ReportData, ReportError, Ruling, SlowRow, StripRow,
-    Timeline, ToolSample, Verdict, tool_outline,
+    Timeline, ToolSample, TrackKind, Verdict, tool_outline,
 };
 
 pub use sarif::{junit, sarif};

@@ -1,6 +1,6 @@
 //! Axis positions and speeds over time as SVG, with limits and a cursor that the page's script moves.
 
-use super::data::AxisTrack;
+use super::data::{AxisTrack, TrackKind};
 use super::encode::{escape, number};
 use std::fmt::Write;
 
@@ -18,6 +18,8 @@ const SHOW_LIMIT_FROM: f64 = 0.4;
 
 /// One curve with its limits.
 struct Curve<'a> {
+    /// How the page's script calls it.
+    key: &'static str,
     title: &'static str,
     unit: String,
     values: &'a [f64],
@@ -26,10 +28,16 @@ struct Curve<'a> {
 
 /// Both plots of an axis as one `figure` element. `times` has one entry a sample.
 pub(super) fn axis_figure(times: &[f64], track: &AxisTrack) -> String {
-    let position = Curve { title: "position", unit: track.unit.clone(), values: &track.position, limits: track.travel };
+    let [(first, first_unit), (second, second_unit)] = match track.kind {
+        TrackKind::Axis => [("position", track.unit.clone()), ("speed", format!("{}/min", track.unit))],
+        TrackKind::Stock => [("removal rate", "cm³/min".to_owned()), ("engagement", "deg".to_owned())],
+    };
+    let position =
+        Curve { key: "position", title: first, unit: first_unit, values: &track.position, limits: track.travel };
     let speed = Curve {
-        title: "speed",
-        unit: format!("{}/min", track.unit),
+        key: "speed",
+        title: second,
+        unit: second_unit,
         values: &track.speed,
         limits: track.max_speed.map(|v| (-v, v)),
     };
@@ -47,9 +55,9 @@ fn plot(times: &[f64], curve: &Curve<'_>, name: &str) -> String {
     let span = (times.last().copied().unwrap_or(0.0) - start).max(1e-9);
     let x = |t: f64| LEFT + (t - start) / span * (RIGHT - LEFT);
     let y = |v: f64| BOTTOM - (v.clamp(low, high) - low) / (high - low) * (BOTTOM - TOP);
-    let title = curve.title;
+    let (title, key) = (curve.title, curve.key);
     let mut svg = format!(
-        "<figure><figcaption><span>{title} <small>{}</small></span><output data-value=\"{title}\"></output><span \
+        "<figure><figcaption><span>{title} <small>{}</small></span><output data-value=\"{key}\"></output><span \
          class=\"use\">{}</span></figcaption><svg viewBox=\"0 0 {WIDTH} {HEIGHT}\" role=\"img\" aria-label=\"{name} \
          {title} over time\">",
         escape(&curve.unit),
@@ -204,6 +212,7 @@ mod tests {
     #[test]
     fn a_near_limit_is_drawn_and_a_passed_one_is_named() {
         let track = |peak: f64| AxisTrack {
+            kind: TrackKind::Axis,
             name: "A".into(),
             unit: "deg".into(),
             position: vec![0.0, peak],

@@ -116,6 +116,7 @@ fn timeline() -> (Timeline, Vec<Ruling>) {
             (position[b] - position[a]) / (samples[b].time - samples[a].time) * 60.0
         });
         AxisTrack {
+            kind: TrackKind::Axis,
             name: name.into(),
             unit: unit.into(),
             speed: speed.collect(),

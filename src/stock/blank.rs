@@ -50,8 +50,7 @@ impl Blank {
             Self::Mesh(mesh) => mesh_grid(mesh, lattice, along),
             Self::Box { min, max } => {
                 let outward = |sign: f64| Normal::new(&(Vector::ith(along, sign)));
-                let run =
-                    Run { low: min[along], high: max[along], normals: [outward(-1.0), outward(1.0)] };
+                let run = Run { low: min[along], high: max[along], normals: [outward(-1.0), outward(1.0)] };
                 Grid::filled(lattice, along, |_| vec![run])
             }
             Self::Cylinder { base, axis, radius, height } => Grid::filled(lattice, along, |foot| {
@@ -127,8 +126,7 @@ fn mesh_grid(mesh: &TriangleMesh, lattice: &Lattice, along: usize) -> Grid {
         let (winding, packed) = (if area > 0.0 { 1 } else { -1 }, Normal::new(&normal));
         let range = |axis: usize, k: usize| {
             let values = flat.map(|p| p[k]);
-            let (low, high) =
-                values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (v.min(l), v.max(h)));
+            let (low, high) = values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (v.min(l), v.max(h)));
             lattice.covering(axis, low, high)
         };
         for row in range(second, 1) {

@@ -68,8 +68,7 @@ impl Boxed {
 impl<'a> Cutter<'a> {
     pub(super) fn new(moves: &'a Moves, solids: &'a [Solid], lattice: &'a Lattice) -> Self {
         let around = |stretch: &Stretch| {
-            let mut boxed =
-                Boxed { low: Vector::repeat(f64::INFINITY), high: Vector::repeat(f64::NEG_INFINITY) };
+            let mut boxed = Boxed { low: Vector::repeat(f64::INFINITY), high: Vector::repeat(f64::NEG_INFINITY) };
             for (solid, k) in solids.iter().flat_map(|solid| (0..3).map(move |k| (solid, k))) {
                 let (low, high) = bounds(solid, stretch, &Vector::ith(k, 1.0));
                 boxed.low[k] = boxed.low[k].min(low);

@@ -46,7 +46,11 @@ impl Normal {
     pub(super) fn vector(self) -> Vector {
         let [x, y] = self.0.map(|a| f64::from(a) / f64::from(i16::MAX));
         let z = 1.0 - x.abs() - y.abs();
-        let v = if z < 0.0 { Vector::new((1.0 - y.abs()).copysign(x), (1.0 - x.abs()).copysign(y), z) } else { Vector::new(x, y, z) };
+        let v = if z < 0.0 {
+            Vector::new((1.0 - y.abs()).copysign(x), (1.0 - x.abs()).copysign(y), z)
+        } else {
+            Vector::new(x, y, z)
+        };
         v.normalize()
     }
 }

@@ -17,6 +17,7 @@ mod moves;
 mod shadow;
 mod solid;
 mod straight;
+mod surface;
 mod turning;
 
 #[cfg(test)]
@@ -26,7 +27,9 @@ pub use blank::Blank;
 pub use engagement::Engagement;
 pub use moves::{Block, Moves, Stretch};
 
+use crate::geometry::{Point, Vector};
 use crate::tool::Tool;
+use crate::tool::export::binary_stl;
 use cut::{Bite, Cutter};
 use engagement::Probes;
 use grid::{Grid, Lattice};
@@ -139,7 +142,8 @@ impl Stock {
                 let least = values.into_iter().filter(|value| *value > 0.0).fold(f64::INFINITY, f64::min);
                 if least.is_finite() { least } else { 0.0 }
             };
-            let deepest = bites.iter().filter_map(|b| b.get(block)).max_by(|a, b| a.body_depth.total_cmp(&b.body_depth));
+            let deepest =
+                bites.iter().filter_map(|b| b.get(block)).max_by(|a, b| a.body_depth.total_cmp(&b.body_depth));
             Removal {
                 volume: self.mean(of(|b| b.length)),
                 depth: thinnest(of(|b| b.depth)),
@@ -152,8 +156,15 @@ impl Stock {
         Cut { removals, engagements: probes.engagements(&found) }
     }
 
+    /// The surface of what is left as a closed mesh, binary STL, mm.
+    pub fn stl(&self) -> Vec<u8> {
+        let triangles = surface::triangles(&self.lattice, &self.grids);
+        let corners: Vec<[[f64; 3]; 3]> = triangles.iter().map(|t| t.map(Into::into)).collect();
+        binary_stl(b"stock, mm, part frame", &corners)
+    }
+
     /// Every end of material on the lines: its place and outward normal. They lie on the surface exactly.
-    pub fn ends(&self) -> impl Iterator<Item = (crate::geometry::Point, crate::geometry::Vector)> {
+    pub fn ends(&self) -> impl Iterator<Item = (Point, Vector)> {
         self.grids.iter().flat_map(|grid| grid.ends(&self.lattice))
     }
 }

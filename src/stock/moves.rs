@@ -69,7 +69,8 @@ impl Moves {
         moves
     }
 
-    /// Straight blocks through poses, one stretch each, all at one feed in mm/s.
+    /// Straight blocks through poses, one stretch each, all at one feed in mm/s. No two neighbours may be turned against
+    /// each other by more than a degree or so.
     pub fn through(poses: &[Pose], feed: f64) -> Self {
         let mut moves = Self::default();
         let mut start = 0.0;

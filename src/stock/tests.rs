@@ -85,8 +85,10 @@ proptest! {
     #[test]
     fn extents_hold_all_that_poses_cover(
         index in 0..9usize, tip in unit(), axis in unit(), shift in unit(), turn in unit(), foot in unit(),
-        along in 0..3usize, turns in prop::bool::ANY, long in 0.1..12.0f64,
+        along in 0..3usize, turns in prop::bool::ANY, long in 0.1..30.0f64, lean in 0.0..4.0f64,
     ) {
+        // Lines nearly along the axis, too.
+        let axis = axis + Vector::ith(along, lean.floor() * 2.0);
         let solids = solids();
         let solid = &solids[index % solids.len()];
         prop_assume!(axis.norm() > 0.3);
@@ -95,7 +97,7 @@ proptest! {
         let turned = if turns { from.axis.into_inner() + turn * 0.01 } else { from.axis.into_inner() };
         let to = Pose { tip: from.tip + shift, axis: Direction::new_normalize(turned) };
         let turning = Turning::new(solid, from, to, along);
-        let mut foot = (foot * 8.0) + from.tip.coords + from.axis.into_inner() * 0.5 * (solid.low + solid.high);
+        let mut foot = (foot * 8.0) + shift * 0.5 + from.tip.coords + from.axis.into_inner() * 0.5 * (solid.low + solid.high);
         foot[along] = 0.0;
         let found = turning.extent(&foot);
         if let Some((low, high)) = by_points(solid, &turning, &foot, along) {
@@ -159,7 +161,8 @@ fn milled(blank: &Blank, cell: f64, tool: &Tool, poses: &[Pose]) -> (Stock, Cut)
 fn a_slot_has_its_volume() {
     let blank = block([0.0, 0.0, 0.0], [40.0, 20.0, 10.0]);
     let up = [0.0, 0.0, 1.0];
-    let (stock, cut) = milled(&blank, 0.1, &cylinder(8.0, 0.0), &[pose([10.0, 10.0, 7.0], up), pose([30.0, 10.0, 7.0], up)]);
+    let (stock, cut) =
+        milled(&blank, 0.1, &cylinder(8.0, 0.0), &[pose([10.0, 10.0, 7.0], up), pose([30.0, 10.0, 7.0], up)]);
     let exact = 3.0 * (20.0 * 8.0 + PI * 16.0);
     assert!((cut.removals[0].volume - exact).abs() < 2e-3 * exact, "{} {exact}", cut.removals[0].volume);
     assert!((stock.volume() - (8000.0 - cut.removals[0].volume)).abs() < 1e-6);
@@ -173,8 +176,10 @@ fn a_slot_has_its_volume() {
 fn a_plane_is_left_as_one() {
     let blank = block([0.0, 0.0, 0.0], [20.0, 20.0, 10.0]);
     let up = [0.0, 0.0, 1.0];
-    let poses: Vec<Pose> =
-        (0..=10).flat_map(|i| [[-8.0, 2.0 * f64::from(i), 8.0], [28.0, 2.0 * f64::from(i), 8.0]]).map(|p| pose(p, up)).collect();
+    let poses: Vec<Pose> = (0..=10)
+        .flat_map(|i| [[-8.0, 2.0 * f64::from(i), 8.0], [28.0, 2.0 * f64::from(i), 8.0]])
+        .map(|p| pose(p, up))
+        .collect();
     let (stock, _) = milled(&blank, 0.25, &cylinder(6.0, 0.0), &poses);
     let top: Vec<f64> = stock.ends().filter(|(_, n)| n.z > 0.9).map(|(p, _)| p.z).collect();
     assert!(top.len() > 6000 && top.iter().all(|z| (z - 8.0).abs() < 1e-9));
@@ -229,7 +234,11 @@ fn a_tilted_gouge_is_read_as_deep_as_it_is() {
     let mut poses: Vec<Pose> = Vec::new();
     for i in 0..=5 {
         let y = 4.0 * f64::from(i);
-        poses.extend([pose([0.0, y, 39.0], axis), pose([30.0, y, if i == 3 { 38.95 } else { 39.0 }], axis), pose([60.0, y, 39.0], axis)]);
+        poses.extend([
+            pose([0.0, y, 39.0], axis),
+            pose([30.0, y, if i == 3 { 38.95 } else { 39.0 }], axis),
+            pose([60.0, y, 39.0], axis),
+        ]);
     }
     let (stock, _) = milled(&blank, 0.1, &cylinder(20.0, 0.0), &poses);
     // The lowest point of the tilted disc is 10 sin(tilt) below its centre.
@@ -256,11 +265,15 @@ fn a_shank_in_material_is_told_from_the_flutes() {
 
 fn octahedron(radius: f64) -> TriangleMesh {
     let p = |x: f64, y: f64, z: f64| Point::new(x * radius, y * radius, z * radius);
-    let vertices =
-        vec![p(1.0, 0.0, 0.0), p(-1.0, 0.0, 0.0), p(0.0, 1.0, 0.0), p(0.0, -1.0, 0.0), p(0.0, 0.0, 1.0), p(0.0, 0.0, -1.0)];
-    let triangles = vec![
-        [0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5],
+    let vertices = vec![
+        p(1.0, 0.0, 0.0),
+        p(-1.0, 0.0, 0.0),
+        p(0.0, 1.0, 0.0),
+        p(0.0, -1.0, 0.0),
+        p(0.0, 0.0, 1.0),
+        p(0.0, 0.0, -1.0),
     ];
+    let triangles = vec![[0, 2, 4], [2, 1, 4], [1, 3, 4], [3, 0, 4], [2, 0, 5], [1, 2, 5], [3, 1, 5], [0, 3, 5]];
     TriangleMesh::new(vertices, triangles).unwrap()
 }
 
@@ -276,6 +289,27 @@ fn a_mesh_with_edges_on_the_lines_fills_every_line() {
     // A line through the middle of the sides, on edges from end to end.
     let odd = Stock::new(&Blank::Mesh(octahedron(4.25)), 0.5).unwrap();
     assert!((odd.volume() - 4.0 / 3.0 * 4.25_f64.powi(3)).abs() < 0.02 * 102.0, "{}", odd.volume());
+}
+
+/// Sharp corners, a cavity's round corners, and what is left as a closed mesh that can be stock again.
+#[test]
+fn what_is_left_is_a_closed_mesh() {
+    let blank = block([0.0, 0.0, 0.0], [24.0, 12.0, 8.0]);
+    let axis = [0.2, 0.1, 1.0];
+    let (middle, end) = (pose([12.0, 5.0, 3.1], axis), pose([30.0, 8.0, 6.0], [-0.1, 0.2, 1.0]));
+    let turning = (0..=60).map(|k| middle.interpolate(&end, f64::from(k) / 60.0));
+    let poses: Vec<Pose> = std::iter::once(pose([-6.0, 3.0, 5.0], axis)).chain(turning).collect();
+    let (stock, _) = milled(&blank, 0.4, &cylinder(5.0, 1.0), &poses);
+    let read = crate::part::read(&stock.stl(), "left.stl", &crate::part::ReadOptions::default()).unwrap();
+    crate::part::require_closed(&read).unwrap();
+    let crate::part::DesignSurface::Mesh(mesh) = read else { panic!("an STL file is a mesh") };
+    let volume = stock.volume();
+    assert!((mesh.signed_volume() - volume).abs() < 2e-3 * volume, "{} {volume}", mesh.signed_volume());
+    // The box keeps its corners.
+    let bounds = mesh.bounds();
+    assert!((bounds.high - Point::new(24.0, 12.0, 8.0)).norm() < 2e-3 && bounds.low.coords.norm() < 2e-3, "{bounds:?}");
+    let again = Stock::new(&Blank::Mesh(mesh), 0.4).unwrap();
+    assert!((again.volume() - volume).abs() < 2e-3 * volume, "{} {volume}", again.volume());
 }
 
 #[test]
@@ -302,4 +336,18 @@ fn blanks_without_volume_or_too_fine_are_refused() {
     assert!(matches!(Stock::new(&flat, 0.1), Err(StockError::Empty(_))));
     let big = block([0.0; 3], [1000.0; 3]);
     assert!(matches!(Stock::new(&big, 0.01), Err(StockError::TooFine { .. })));
+}
+
+/// The three directions of lines see one body.
+#[test]
+fn all_directions_of_lines_agree() {
+    let blank = block([0.0, 0.0, 0.0], [24.0, 12.0, 8.0]);
+    let axis = [0.2, 0.1, 1.0];
+    for corner in [0.0, 1.0, 2.5] {
+        let (stock, _) =
+            milled(&blank, 0.2, &cylinder(5.0, corner), &[pose([-6.0, 3.0, 5.0], axis), pose([12.0, 5.0, 3.1], axis)]);
+        let volumes = stock.grids.each_ref().map(|grid| grid.length() * 0.04);
+        let (least, most) = volumes.iter().fold((f64::INFINITY, 0.0_f64), |(l, m), v| (v.min(l), v.max(m)));
+        assert!(most - least < 1.5, "{corner} {volumes:?}");
+    }
 }

@@ -246,12 +246,7 @@ impl<'a> Turning<'a> {
 
     /// The distance from the arc is convex along the line, so Newton's method from either side of the section never
     /// passes its end, and a slope that turns without a touch shows that there is none.
-    fn torus(
-        &self,
-        o: &Vector,
-        axis: &Vector,
-        (centre, ring, arc): (f64, f64, f64),
-    ) -> Result<[(f64, Face); 2], f64> {
+    fn torus(&self, o: &Vector, axis: &Vector, (centre, ring, arc): (f64, f64, f64)) -> Result<[(f64, Face); 2], f64> {
         let (du, height) = (axis[self.along], axis.dot(o));
         let a = 1.0 - du * du;
         let b = o[self.along] - height * du;
@@ -263,7 +258,9 @@ impl<'a> Turning<'a> {
             let reach = (self.solid.radius.powi(2) - (square - b * b / a)).max(0.0).sqrt() / a.sqrt() + 1e-6;
             range = [(free - reach, Face::Side), (free + reach, Face::Side)];
         }
+        let mut nearest = free;
         if let Some([low, high]) = self.slab(height, du) {
+            nearest = free.clamp(low.0, high.0);
             if low.0 > range[0].0 {
                 range[0] = low;
             }
@@ -283,8 +280,9 @@ impl<'a> Turning<'a> {
             (length - arc, if length > 0.0 { slope / length } else { 0.0 })
         };
         let outside = |s: f64| distance(s).0.max(0.0).hypot(self.above_or_below(height + s * du));
+        let misses = || outside(free).min(outside(nearest)).max(SLACK);
         if range[0].0 > range[1].0 {
-            return Err(outside(free).min(outside(0.5 * (range[0].0 + range[1].0))).max(SLACK));
+            return Err(misses());
         }
         let newton = |(start, face): (f64, Face), sense: f64| {
             let mut s = start;
@@ -295,7 +293,7 @@ impl<'a> Turning<'a> {
                 }
                 let step = -value / slope;
                 if slope * sense >= 0.0 || (s + step - start) * sense > range[1].0 - range[0].0 {
-                    return Err(value.min(outside(free)).max(SLACK));
+                    return Err(value.min(misses()));
                 }
                 s += step;
             }

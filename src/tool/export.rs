@@ -185,7 +185,7 @@ pub fn stl(tool: &Tool, chord: f64) -> Vec<u8> {
             }
         }
     }
-    binary_stl(&triangles)
+    binary_stl(b"tool flutes, mm, axis +Z, tip at the origin", &triangles)
 }
 
 /// Pieces into which an arc is cut so that its chords leave it by at most `chord`.
@@ -193,10 +193,9 @@ fn steps_of(angle: f64, radius: f64, chord: f64) -> usize {
     (angle / (8.0 * chord / radius.max(chord)).sqrt()).ceil().clamp(1.0, 2000.0) as usize
 }
 
-fn binary_stl(triangles: &[[[f64; 3]; 3]]) -> Vec<u8> {
-    let mut bytes = vec![0u8; 80];
-    let title = b"tool flutes, mm, axis +Z, tip at the origin";
-    bytes[..title.len()].copy_from_slice(title);
+/// A binary STL file; `title` goes into its header, which holds 80 bytes.
+pub(crate) fn binary_stl(title: &[u8], triangles: &[[[f64; 3]; 3]]) -> Vec<u8> {
+    let mut bytes: Vec<u8> = title.iter().copied().chain(std::iter::repeat(0)).take(80).collect();
     bytes.extend((triangles.len() as u32).to_le_bytes());
     for [a, b, c] in triangles {
         let edge = |p: &[f64; 3]| [p[0] - a[0], p[1] - a[1], p[2] - a[2]];

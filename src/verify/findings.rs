@@ -116,10 +116,10 @@ fn uncut(part: &PartDeviation, record: &DeviationRecord) -> Option<FindingRecord
     Some(FindingRecord::new(FindingCode::Uncut, None, message).at(sample.sample.point))
 }
 
-/// Whether a finding is a fault of program and motion alone, not of the part or of limits.
+/// Whether a finding is a fault of program and motion alone, not of the part, the stock or limits.
 pub(super) fn is_of_program(finding: &FindingRecord) -> bool {
     let rule = FindingCode::find(finding.id).map(FindingCode::rule);
-    let elsewhere = ["R5", "R7"].iter().any(|group| finding.id.starts_with(group));
+    let elsewhere = ["R5", "R7", "R8"].iter().any(|group| finding.id.starts_with(group));
     rule.is_some_and(|rule| rule.weight == Weight::Fault) && !elsewhere
 }
 

@@ -150,6 +150,7 @@ pub fn verify(subject: &Subject<'_>, settings: &Settings) -> Verified {
         axes: AxisRecord::all(&axes),
         limits: axes.limits,
         collisions: contacts.iter().map(|c| collision(motion, c)).collect(),
+        stock: None,
         findings: listed,
     };
     record.reasons = reasons(&record, &part, motion, settings);

@@ -1,5 +1,5 @@
 //! The swept tool against the part, axis limits, round trip, and the verdict. May use: geometry, part, tool, motion,
-//! collide, machine, nc (reading half), simulate.
+//! collide, machine, nc (reading half), simulate, stock.
 
 mod body;
 mod bound;
@@ -20,6 +20,7 @@ mod ray;
 mod record;
 mod refine;
 mod round_trip;
+mod stock;
 mod strips;
 mod sweep;
 mod swept;
@@ -32,8 +33,9 @@ pub use motion_tree::{BlockMotion, Instant};
 pub use ray::NormalRay;
 pub use record::{
     AxisRecord, CollisionRecord, DeviationRecord, FindingRecord, MachineVerification, ProgramRecord, RoundTripRecord,
-    StripsRecord, ToleranceRecord, Verdict, Verification, by_letter,
+    StockRecord, StripsRecord, ToleranceRecord, Verdict, Verification, by_letter,
 };
+pub use stock::{Milled, StockLimits, removal_rate};
 pub use strips::Runs;
 pub use swept::{Touch, Window};
 

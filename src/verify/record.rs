@@ -44,6 +44,9 @@ pub struct Verification {
     pub limits: Vec<LimitViolation>,
     /// The tool where it must not be, in the order of time.
     pub collisions: Vec<CollisionRecord>,
+    /// The way through the stock; left out where the job has none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub stock: Option<StockRecord>,
     /// Everything found, in the order of the program, what has no line behind it.
     pub findings: Vec<FindingRecord>,
 }
@@ -242,6 +245,35 @@ pub struct CollisionRecord {
     pub body_b: String,
     /// How deep.
     pub depth_mm: f64,
+}
+
+/// The way through the stock.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct StockRecord {
+    /// Distance of neighbouring lines.
+    pub cell_mm: f64,
+    /// Lines.
+    pub lines: usize,
+    /// Before the program.
+    pub volume_before_mm3: f64,
+    /// After it.
+    pub volume_after_mm3: f64,
+    /// Taken by feed moves.
+    pub removed_mm3: f64,
+    /// Taken by rapids.
+    pub removed_by_rapids_mm3: f64,
+    /// Taken by shank and holder.
+    pub removed_by_body_mm3: f64,
+    /// Share of the time at feed in moves that take nothing.
+    pub air_share: f64,
+    /// Highest removal rate of a move.
+    pub removal_max_cm3_min: f64,
+    /// Its line; null where nothing was taken.
+    pub removal_max_line: Option<usize>,
+    /// Widest engagement of the flutes, to about a cell over their radius.
+    pub engagement_max_deg: f64,
+    /// Its line; null where the flutes were never in material.
+    pub engagement_max_line: Option<usize>,
 }
 
 impl ProgramRecord {
