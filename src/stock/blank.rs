@@ -27,7 +27,7 @@ pub enum Blank {
         height: f64,
     },
     /// A closed mesh, normals outward.
-    Mesh(TriangleMesh),
+    Mesh(Box<TriangleMesh>),
 }
 
 impl Blank {
@@ -173,10 +173,11 @@ fn runs(mut crossings: Vec<Crossing>) -> Vec<Run> {
         depth -= winding;
         if before <= 0 && depth > 0 {
             start = Some((place, normal));
-        } else if before > 0 && depth <= 0 {
-            if let Some((low, below)) = start.take().filter(|s: &(f64, Normal)| place > s.0) {
-                runs.push(Run { low, high: place, normals: [below, normal] });
-            }
+        } else if before > 0
+            && depth <= 0
+            && let Some((low, below)) = start.take().filter(|s: &(f64, Normal)| place > s.0)
+        {
+            runs.push(Run { low, high: place, normals: [below, normal] });
         }
     }
     runs

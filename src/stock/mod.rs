@@ -97,7 +97,7 @@ impl Stock {
         }
         let [x, y, z] = size.map(|s| (s / cell).max(1.0));
         let lines = x * y + y * z + z * x;
-        if !(lines <= MOST_LINES) {
+        if cell.is_nan() || cell <= 0.0 || lines > MOST_LINES {
             return Err(StockError::TooFine { cell, lines, size });
         }
         let lattice = Lattice::over(&bounds, cell);

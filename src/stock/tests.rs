@@ -280,14 +280,14 @@ fn octahedron(radius: f64) -> TriangleMesh {
 /// Its edges and corners pass exactly through lines of the lattice.
 #[test]
 fn a_mesh_with_edges_on_the_lines_fills_every_line() {
-    let stock = Stock::new(&Blank::Mesh(octahedron(4.0)), 0.5).unwrap();
+    let stock = Stock::new(&Blank::Mesh(Box::new(octahedron(4.0))), 0.5).unwrap();
     let exact = 4.0 / 3.0 * 64.0;
     assert!((stock.volume() - exact).abs() < 0.02 * exact, "{} {exact}", stock.volume());
     for (p, _) in stock.ends() {
         assert!((p.x.abs() + p.y.abs() + p.z.abs() - 4.0).abs() < 1e-9, "{p}");
     }
     // A line through the middle of the sides, on edges from end to end.
-    let odd = Stock::new(&Blank::Mesh(octahedron(4.25)), 0.5).unwrap();
+    let odd = Stock::new(&Blank::Mesh(Box::new(octahedron(4.25))), 0.5).unwrap();
     assert!((odd.volume() - 4.0 / 3.0 * 4.25_f64.powi(3)).abs() < 0.02 * 102.0, "{}", odd.volume());
 }
 
@@ -308,7 +308,7 @@ fn what_is_left_is_a_closed_mesh() {
     // The box keeps its corners.
     let bounds = mesh.bounds();
     assert!((bounds.high - Point::new(24.0, 12.0, 8.0)).norm() < 2e-3 && bounds.low.coords.norm() < 2e-3, "{bounds:?}");
-    let again = Stock::new(&Blank::Mesh(mesh), 0.4).unwrap();
+    let again = Stock::new(&Blank::Mesh(mesh.into()), 0.4).unwrap();
     assert!((again.volume() - volume).abs() < 2e-3 * volume, "{} {volume}", again.volume());
 }
 

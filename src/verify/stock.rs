@@ -62,7 +62,7 @@ impl Verified {
     #[must_use]
     pub fn with_stock(mut self, milled: &Milled) -> Self {
         let record = &mut self.record;
-        record.stock = Some(milled.record.clone());
+        record.stock = Some(milled.record);
         let mut said = Vec::new();
         for finding in milled.findings.iter().filter(|finding| finding.is_error()) {
             if !said.contains(&finding.id) {

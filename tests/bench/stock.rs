@@ -2,6 +2,7 @@
 //! by 20 degrees, 90 moves; shifted only, and turning on every move. Run with `cargo bench --bench stock`.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a benchmark fails by panicking")]
+#![allow(clippy::print_stdout, reason = "a benchmark talks to the terminal")]
 
 use divan::Bencher;
 use regulus::geometry::{Direction, Point, Vector};
