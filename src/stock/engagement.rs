@@ -85,7 +85,8 @@ impl Probes {
         let beside = axis.cross(&across);
         let moment = (self.moments.len() - 1) * HEIGHTS;
         for level in 0..HEIGHTS {
-            let height = tool.flute_length() * (level as f64 + 0.5) / HEIGHTS as f64;
+            // Denser toward the tip, where shallow cuts are.
+            let height = tool.flute_length() * ((level as f64 + 0.5) / HEIGHTS as f64).powi(2);
             let Some(contact) = tool.contact_at(height) else { continue };
             let way = tip_way + axis_way * height;
             for step in 0..DIRECTIONS {

@@ -81,9 +81,10 @@ impl Verified {
 
 fn record(stock: &Stock, moves: &Moves, cut: &Cut, volume: f64, limits: &StockLimits) -> StockRecord {
     let moved = || moves.blocks.iter().zip(&cut.removals);
-    let sum = |wanted: bool| moved().filter(|(b, _)| b.rapid == wanted).map(|(_, r)| r.volume).sum::<f64>();
+    // Not `sum`, which makes -0 of nothing.
+    let sum = |wanted: bool| moved().filter(|(b, _)| b.rapid == wanted).fold(0.0, |sum, (_, r)| sum + r.volume);
     let time = |wanted: &dyn Fn(&Removal) -> bool| {
-        moved().filter(|(b, r)| !b.rapid && wanted(r)).map(|(b, _)| b.duration).sum::<f64>()
+        moved().filter(|(b, r)| !b.rapid && wanted(r)).fold(0.0, |sum, (b, _)| sum + b.duration)
     };
     let (all, air) = (time(&|_| true), time(&|r| r.depth <= limits.contact));
     let rated = moved().filter(|(b, _)| !b.rapid).map(|(b, r)| (removal_rate(b, r), b.line));
@@ -96,7 +97,7 @@ fn record(stock: &Stock, moves: &Moves, cut: &Cut, volume: f64, limits: &StockLi
         volume_after_mm3: stock.volume(),
         removed_mm3: sum(false),
         removed_by_rapids_mm3: sum(true),
-        removed_by_body_mm3: cut.removals.iter().map(|r| r.body_volume).sum(),
+        removed_by_body_mm3: cut.removals.iter().fold(0.0, |sum, r| sum + r.body_volume),
         air_share: if all > 0.0 { air / all } else { 0.0 },
         removal_max_cm3_min: fastest.map_or(0.0, |(rate, _)| rate),
         removal_max_line: fastest.map(|(_, line)| line),

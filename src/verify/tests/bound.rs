@@ -54,6 +54,26 @@ fn a_defect_that_sampling_misses_is_within_the_bound() {
     assert!((0.05..0.2).contains(&bound), "{bound}");
 }
 
+/// A groove 0.001 mm wide, narrower than any sampling: only the proof sees it.
+#[test]
+fn a_scratch_of_a_micrometre_is_within_the_bound() {
+    // Beside the rows' own end a sharp cone runs 0.05 mm deep: its groove is 2 x 0.05 tan(0.573 degrees) = 0.001 mm wide.
+    let along = |z: f64| [pose([-8.0, 0.4142, z], [0.0, 0.0, 1.0]), pose([8.0, 0.4142, z], [0.0, 0.0, 1.0])];
+    let needle = crate::tool::CutterShape::Cone {
+        tip_diameter: 0.0,
+        half_angle: crate::geometry::Degrees(0.573),
+        corner_radius: 0.0,
+        flute_length: 30.0,
+    };
+    let fixture = crate::tool::Fixture { gauge_length: 80.0, ..crate::tool::Fixture::default() };
+    let tool = Tool::new(1, &needle, &fixture).unwrap();
+    let motion = Blocks::through(&along(-0.05));
+    let (found, overcut, _) = bounds(&tool, &motion, &plane([-5.0, 5.0], [-4.0, 4.0]), f64::INFINITY);
+    assert!(overcut < 1e-9, "{overcut}");
+    let bound = found.overcut.unwrap();
+    assert!((0.05..0.12).contains(&bound), "{bound}");
+}
+
 #[test]
 fn what_no_pass_reaches_has_no_bound() {
     let (found, ..) = bounds(&ball(8.0), &raster(1.0, 2), &plane([-5.0, 5.0], [-4.0, 24.0]), 1e-4);
