@@ -9,8 +9,7 @@ use crate::part::{DesignSurface, SampleGrid};
 use crate::plan::Plan;
 use crate::report::{
     self, AxisTrack, Figure, Finding, Mesh, PartView, ReportData, Ruling, SlowRow, StripRow, Timeline, ToolSample,
-    TrackKind,
-    tool_outline,
+    TrackKind, tool_outline,
 };
 use crate::simulate::{Segment, ToolMotion};
 use crate::tool::Tool;
