@@ -4,6 +4,8 @@
 
 #[path = "cli_commands/bad_input.rs"]
 mod bad_input;
+#[path = "cli_commands/bad_plan.rs"]
+mod bad_plan;
 #[path = "cli_commands/findings.rs"]
 mod findings;
 #[path = "cli_commands/good_input.rs"]

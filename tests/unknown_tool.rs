@@ -30,6 +30,8 @@ fn find(part: &Part, tolerance: f64) -> FoundTool {
         family: MeridianFamily::Free,
         coefficients: None,
         radius: (1.0, 20.0),
+        ends: None,
+        seed: None,
         length: (0.0, 60.0),
         weights: MeridianWeights::default(),
         fixture: Fixture { gauge_length: 100.0, ..Fixture::default() },

@@ -3,7 +3,7 @@
 use crate::feed::{AxisLimit, Limiter};
 use crate::job::fact_lines;
 use crate::pipeline::Posted;
-use crate::plan::meridian::FoundTool;
+use crate::plan::meridian::{FoundTool, Seed};
 use crate::plan::{Plan, RajainFigures, StripReport};
 use crate::verify::{FindingRecord, MachineVerification, ProgramRecord, StockRecord, Verdict, Verification};
 use std::fmt::Write;
@@ -85,7 +85,11 @@ fn of_rajain(figures: &RajainFigures) -> String {
 
 /// A found tool: what it leaves, and what its maker needs to know.
 fn of_tool(found: &FoundTool) -> String {
-    let mut text = String::from("tool        found, see its files\n");
+    let from = match found.seed {
+        Seed::Line => "a line that can move along the part",
+        Seed::Surface => "rulings across the part",
+    };
+    let mut text = format!("tool        found from {from}, see its files\n");
     for line in fact_lines(&found.tool) {
         let _ = writeln!(text, "  {line}");
     }
@@ -97,6 +101,10 @@ fn of_tool(found: &FoundTool) -> String {
             sweep.within * 100.0,
             sweep.rms
         );
+        let [(low, high), (start, end)] = sweep.band;
+        if found.sweeps.len() > 1 {
+            let _ = writeln!(text, "  band: {low:.3} to {high:.3} across, {start:.3} to {end:.3} along the cut");
+        }
         if let Some([(low, high), (start, end)]) = sweep.patch.filter(|_| sweep.within < 1.0) {
             let _ = writeln!(
                 text,

@@ -111,6 +111,8 @@ pub(super) struct Tool {
     pub(super) family: Option<MeridianFamily>,
     pub(super) coefficients: Option<u32>,
     pub(super) radius: Option<[f64; 2]>,
+    pub(super) ends: Option<[f64; 2]>,
+    pub(super) start: Option<Seed>,
     pub(super) length: Option<[f64; 2]>,
     pub(super) weights: Option<MeridianWeights>,
     pub(super) shank_diameter: Option<f64>,
@@ -140,6 +142,14 @@ pub(super) enum MeridianFamily {
     Cone,
     Cylinder,
     Barrel,
+}
+
+/// What the search for a tool starts from.
+#[derive(Clone, Copy, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum Seed {
+    Line,
+    Surface,
 }
 
 #[derive(Clone, Copy, Default, Deserialize)]

@@ -3,7 +3,7 @@
 use super::limits::{COEFFICIENTS, Checks, LENGTH, SIZE, TOOL_NUMBER, WEIGHT};
 use super::raw::{self, ToolKind};
 use crate::geometry::Degrees;
-use crate::plan::meridian::{MeridianFamily, MeridianWeights, ToolWish};
+use crate::plan::meridian::{MeridianFamily, MeridianWeights, Seed, ToolWish};
 use crate::tool::{CutterShape, Fixture, MeridianPoint, ProfilePoint, Tool};
 
 /// The tool of a job.
@@ -59,7 +59,7 @@ impl ToolKind {
             Self::TaperedBall => &["ball_diameter", "half_angle_deg", "flute_length"],
             Self::Barrel => &["diameter", "barrel_radius", "half_angle_deg", "corner_radius", "flute_length"],
             Self::Meridian => &["points"],
-            Self::Optimize => &["family", "coefficients", "radius", "length", "weights"],
+            Self::Optimize => &["family", "coefficients", "radius", "ends", "length", "start", "weights"],
         }
     }
 }
@@ -128,6 +128,7 @@ fn wish(checks: &mut Checks<'_>, raw: &raw::Tool) -> ToolWish {
     };
     let radius = range("radius", raw.radius, (0.1, 1e3));
     let length = range("length", raw.length, (0.0, raw.gauge_length));
+    let ends = ends(checks, raw);
     if let Some(coefficients) = raw.coefficients {
         checks.within("tool.coefficients", f64::from(coefficients), &COEFFICIENTS);
     }
@@ -147,7 +148,12 @@ fn wish(checks: &mut Checks<'_>, raw: &raw::Tool) -> ToolWish {
             raw::MeridianFamily::Barrel => MeridianFamily::Barrel,
         },
         coefficients: raw.coefficients.map(|count| count as usize),
-        radius,
+        radius: ends.map_or(radius, |(r1, r2)| (r1.min(r2), r1.max(r2))),
+        ends,
+        seed: raw.start.map(|start| match start {
+            raw::Seed::Line => Seed::Line,
+            raw::Seed::Surface => Seed::Surface,
+        }),
         length,
         weights: MeridianWeights {
             accuracy: weight("accuracy", given.accuracy, default.accuracy),
@@ -157,6 +163,21 @@ fn wish(checks: &mut Checks<'_>, raw: &raw::Tool) -> ToolWish {
         },
         fixture: fixture(raw),
     }
+}
+
+/// Radii of a cone's end spheres, where only its length is to be found.
+fn ends(checks: &mut Checks<'_>, raw: &raw::Tool) -> Option<(f64, f64)> {
+    let [r1, r2] = raw.ends?;
+    checks.all_within("tool.ends", &[r1, r2], &SIZE);
+    if !matches!(raw.family, Some(raw::MeridianFamily::Cone)) {
+        let help = "write family = \"cone\", or radius = [least, largest] in place of `ends`";
+        checks.refuse("tool.ends", "only a cone is given by the radii of its end spheres", help);
+    }
+    if raw.radius.is_some() {
+        let message = "`ends` already gives the radii; `radius` contradicts it";
+        checks.refuse("tool.radius", message, "leave out either `radius` or `ends`");
+    }
+    Some((r1, r2))
 }
 
 /// Points of a meridian: [height, radius], or [height, radius, bulge] where an arc follows.

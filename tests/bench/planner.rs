@@ -5,6 +5,8 @@
 mod cases;
 #[path = "planner/measure.rs"]
 mod measure;
+#[path = "planner/papers.rs"]
+mod papers;
 
 use cases::{Case, all, part};
 use measure::{Figures, measure};
@@ -24,25 +26,31 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         "case", "overcut", "undercut", "kink", "area %", "strips", "wall s", "cpu s"
     )?;
     writeln!(out, "|{:-<40}|{:->10}|{:->10}|{:->8}|{:->10}|{:->8}|{:->9}|{:->9}|", "", "", "", "", "", "", "", "")?;
-    for case in all() {
-        if !wanted.is_empty() && !wanted.iter().any(|word| case.name.contains(word.as_str())) {
-            continue;
-        }
-        let row = match run(&case) {
-            Ok((figures, [wall, cpu])) => format!(
-                "{:>8.5} | {:>8.5} | {:>6.2} | {:>8.3} | {:>6} | {wall:>7.2} | {cpu:>7.2} |",
-                figures.overcut,
-                figures.undercut,
-                figures.kink_deg,
-                100.0 * figures.covered,
-                figures.strips
-            ),
-            Err(error) => format!("{error} |"),
-        };
-        writeln!(out, "| {:<38} | {row}", case.name)?;
+    let is_wanted = |name: &str| wanted.is_empty() || wanted.iter().any(|word| name.contains(word.as_str()));
+    for case in all().iter().filter(|case| is_wanted(case.name)) {
+        writeln!(out, "| {:<38} | {}", case.name, row(run(case)))?;
+        out.flush()?;
+    }
+    for case in papers::all().iter().filter(|case| is_wanted(case.name)) {
+        writeln!(out, "| {:<38} | {}", case.name, row(papers::run(case)))?;
         out.flush()?;
     }
     Ok(())
+}
+
+/// The figures of a line, or why there are none.
+fn row(result: Result<(Figures, [f64; 2]), Box<Diagnostic>>) -> String {
+    match result {
+        Ok((figures, [wall, cpu])) => format!(
+            "{:>8.5} | {:>8.5} | {:>6.2} | {:>8.3} | {:>6} | {wall:>7.2} | {cpu:>7.2} |",
+            figures.overcut,
+            figures.undercut,
+            figures.kink_deg,
+            100.0 * figures.covered,
+            figures.strips
+        ),
+        Err(error) => format!("{error} |"),
+    }
 }
 
 /// Plans a case; what it came to, and wall and processor seconds of planning.
@@ -70,7 +78,7 @@ fn run(case: &Case) -> Result<(Figures, [f64; 2]), Box<Diagnostic>> {
 }
 
 /// Processor time of this process so far, s; not a number where the system does not tell.
-fn processor_seconds() -> f64 {
+pub(crate) fn processor_seconds() -> f64 {
     // utime and stime, in hundredths of a second, are the 12th and 13th fields after the name in parentheses.
     let status = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
     let fields = status.rsplit(')').next().unwrap_or_default().split_whitespace().skip(11).take(2);

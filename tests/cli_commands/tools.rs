@@ -48,11 +48,27 @@ fn wishes_that_contradict_themselves_are_refused() {
         ("radius = [0.0, 2.0]", "radius[0] = 0 is out of range", "job.toml:13:11"),
         ("radius = [2.0, 6.0]\ndiameter = 3", "has no `diameter`", "job.toml:14:12"),
         ("radius = [2.0, 6.0]\ncoefficients = 2", "coefficients = 2 is out of range", "job.toml:14:16"),
+        ("radius = [2.0, 6.0]\nends = [2.0, 3.0]", "contradicts it", "job.toml:13:10"),
+        ("ends = [0.0, 3.0]", "ends[0] = 0 is out of range", "job.toml:13:9"),
+        ("radius = [2.0, 6.0]\nstart = \"lines\"", "lines", "job.toml:14:9"),
         ("radius = [2.0, 6.0]\nlength = [1.0, 5.0]", "no flank of at most 5 mm covers the part", "job.toml"),
     ] {
         shop.write("job.toml", job.replace("radius = [2.0, 6.0]", to));
         shop.call(&["plan", "job.toml", "--out", "path.cl"]).refused(message, place);
     }
+}
+
+#[test]
+fn ends_belong_to_a_cone_whose_length_is_then_found() {
+    let shop = shop_with_a_wish();
+    let job = shop.read("job.toml");
+    let ends = "ends = [3.9, 4.1]\nstart = \"line\"";
+    shop.write("job.toml", job.replace("radius = [2.0, 6.0]", ends).replace("\"cone\"", "\"barrel\""));
+    shop.call(&["plan", "job.toml", "--out", "path.cl"]).refused("only a cone is given by", "job.toml:13:8");
+    shop.write("job.toml", job.replace("radius = [2.0, 6.0]", ends));
+    let call = shop.call(&["plan", "job.toml", "--out", "path.cl"]);
+    assert_eq!(call.status, 0, "{}{}", call.out, call.err);
+    assert!(call.out.contains("found from a line that can move along the part"), "{}", call.out);
 }
 
 const CATALOGUE: &str = r#"format = "regulus-catalogue"

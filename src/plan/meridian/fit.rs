@@ -5,7 +5,7 @@
 //! so the tool is rigid whatever they do. Residual: sphere distance |c - foot(c)| - r(s), signed (Rajain 2023, R19),
 //! whose gradient by c is the foot's normal, and by the coefficients that of -r.
 
-use super::problem::{Sweep, Terms};
+use super::problem::{Band, Sweep, Terms};
 use super::radius::{RadiusFunction, RadiusJet};
 use crate::geometry::knots::{Basis, Knots};
 use crate::geometry::{Point, SplineCurve, Vector};
@@ -21,8 +21,15 @@ const STATIONS: usize = 40;
 pub(super) const LEAST_VISIBILITY: f64 = 0.05;
 /// Weight of samples past the continued surface, against those on it.
 const BEYOND: f64 = 1e-3;
-/// How much more firmly an end is held where part of the band would stay uncut.
+/// How much more firmly an end is held where part of the band would stay uncut, and at least against accuracy.
 const FIRM: f64 = 300.0;
+const HOLD: f64 = 3.0;
+/// How far a sweep may run past the ends of its band, as a share of it: samples out there count for little, and a fit
+/// that cannot do better would send them all there.
+const LONGEST_OVERHANG: f64 = 0.3;
+/// Least weight, against accuracy, of rails that stand apart as the flank is long: it only fixes which points of the axis
+/// they carry, and keeps what the fit covers what the flank covers.
+const GAUGE: f64 = 0.03;
 
 /// What a sample showed at the last assembly.
 #[derive(Clone, Copy, Debug)]
@@ -140,12 +147,28 @@ impl<'a> SweepFit<'a> {
         Some(x)
     }
 
+    /// Looks at every sample anew.
+    pub(super) fn look(&mut self, x: &[f64]) -> Option<()> {
+        let mut equations = BorderedEquations::new(self.unknowns(), self.half_bandwidth(), self.shared());
+        self.assemble(x, &mut equations)
+    }
+
     /// Lets samples that now lie over the band count in full, and holds the rails to where they are.
     pub(super) fn settle(&mut self, x: &[f64]) {
         for (counted, sample) in self.counted.iter_mut().zip(&self.samples) {
             *counted = sample.inside;
         }
         self.anchor = x.to_vec();
+    }
+
+    /// The surface that the sweeps are over.
+    pub(super) fn chart(&self) -> &'a Chart<'a> {
+        self.chart
+    }
+
+    /// What each sweep has to cover.
+    pub(super) fn bands(&self) -> impl Iterator<Item = Band> {
+        self.sweeps.iter().map(|sweep| sweep.band)
     }
 
     /// The radius function that unknowns stand for.
@@ -266,7 +289,7 @@ impl<'a> SweepFit<'a> {
             lower: -here.axis,
             upper: here.axis,
             residual: here.length - radius.length(),
-            weight: self.terms.rigidity / self.times.len() as f64,
+            weight: self.terms.rigidity.max(GAUGE * self.terms.accuracy) / self.times.len() as f64,
         };
         self.add_row(first, &basis, &gauge, &[], equations);
         Some(())
@@ -282,7 +305,9 @@ impl<'a> SweepFit<'a> {
         equations: &mut BorderedEquations,
     ) {
         let first = self.first(sweep, basis);
-        let loose = self.terms.proximity / (self.times.len() * self.sweeps.len()) as f64;
+        let instants = (self.times.len() * self.sweeps.len()) as f64;
+        let loose = self.terms.proximity / instants;
+        let firm = (loose.max(1e-6) * FIRM).max(HOLD * self.terms.accuracy / instants);
         let offset = if upper { 3 } else { 0 };
         let moved: Vector = (0..4)
             .map(|i| {
@@ -297,11 +322,10 @@ impl<'a> SweepFit<'a> {
         // How far, in chart coordinates, the end still is from where it uncovers the band.
         let over_h = (band.start..=band.end).contains(&h);
         let across = if upper { (band.high - g).max(0.0) } else { (band.low - g).min(0.0) };
-        let along = match (j == 0, last) {
-            (true, _) => (band.start - h).min(0.0),
-            (_, true) => (band.end - h).max(0.0),
-            _ => 0.0,
-        };
+        let overhang = LONGEST_OVERHANG * (band.end - band.start);
+        let least = if last { band.end } else { band.start - overhang };
+        let most = if j == 0 { band.start } else { band.end + overhang };
+        let along = (least - h).max(0.0) + (most - h).min(0.0);
         for (gauge, short) in
             [(foot.frame.across_gauge(), if over_h { across } else { 0.0 }), (foot.frame.along_gauge(), along)]
         {
@@ -312,7 +336,7 @@ impl<'a> SweepFit<'a> {
             };
             push(moved.dot(&tangent), loose);
             if short != 0.0 {
-                push(-short / rate, loose.max(1e-6) * FIRM);
+                push(-short / rate, firm);
             }
         }
     }

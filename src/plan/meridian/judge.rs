@@ -15,6 +15,8 @@ const CELLS: usize = 96;
 pub(super) struct Judgement {
     pub(super) overcut: f64,
     pub(super) undercut: f64,
+    /// Deepest cut below the part outside the band, mm.
+    pub(super) outside: f64,
     /// Chart coordinates of the largest error.
     pub(super) worst_at: (f64, f64),
     /// Root mean square error, mm.
@@ -85,16 +87,18 @@ fn largest_rectangle(size: usize, good: impl Fn(usize, usize) -> bool) -> Option
     best
 }
 
-/// Samples the envelope at `instants` x `heights`. None where the motion or the surface is degenerate.
+/// Samples the envelope at `instants` x `heights` over a band of the `whole`. None where the motion or the surface is
+/// degenerate.
 pub(super) fn judge(
     chart: &Chart<'_>,
     (motion, radius): (&RuledMotion, &RadiusFunction),
-    band: &Band,
+    (band, whole): (&Band, &Band),
     (instants, heights): (usize, usize),
 ) -> Option<Judgement> {
     let mut judged = Judgement {
         overcut: 0.0,
         undercut: 0.0,
+        outside: 0.0,
         worst_at: (band.low, band.start),
         rms: 0.0,
         samples: 0,
@@ -105,7 +109,11 @@ pub(super) fn judge(
     for j in 0..instants {
         let t = start + (end - start) * j as f64 / (instants - 1) as f64;
         let touches = touches(chart, (motion, radius), band, t, &before)?;
-        for touch in touches.iter().flatten().filter(|touch| band.holds(touch.place)) {
+        for touch in touches.iter().flatten().filter(|touch| whole.holds(touch.place)) {
+            if !band.holds(touch.place) {
+                judged.outside = judged.outside.max(-touch.error);
+                continue;
+            }
             if touch.error.abs() > judged.worst() {
                 judged.worst_at = touch.place;
             }

@@ -6,7 +6,9 @@
 
 mod fit;
 mod judge;
+mod line;
 mod outliers;
+mod patches;
 mod problem;
 mod radius;
 mod search;
@@ -31,6 +33,15 @@ use crate::tool::{CutterShape, Fixture, Tool};
 use problem::Band;
 use search::{Fitted, NotFound, Search, both_ways};
 
+/// What a search starts from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Seed {
+    /// A straight line that can move along the part.
+    Line,
+    /// Rulings straight across the surface's parameters.
+    Surface,
+}
+
 /// What the unknown tool may be.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ToolWish {
@@ -42,6 +53,10 @@ pub struct ToolWish {
     pub coefficients: Option<usize>,
     /// Least and largest sphere radius, mm.
     pub radius: (f64, f64),
+    /// Radii of the end spheres of a cone, mm, where they are given and only its length is not.
+    pub ends: Option<(f64, f64)>,
+    /// What to start from; both when left out.
+    pub seed: Option<Seed>,
     /// Least and largest length between the outermost sphere centres, mm.
     pub length: (f64, f64),
     /// Weights of the terms at the start; what only guides the search is then taken back.
@@ -68,6 +83,8 @@ pub struct ToolRequest<'a> {
 /// What one sweep came to.
 #[derive(Clone, Debug)]
 pub struct FoundSweep {
+    /// What it is to cover: shares of the surface across the cut and along it.
+    pub band: [(f64, f64); 2],
     /// The tool's motion; its lower rail carries the centre of the lowest sphere.
     pub motion: RuledMotion,
     /// Largest errors of its envelope, mm.
@@ -93,6 +110,10 @@ pub struct FoundTool {
     pub radius: RadiusFunction,
     /// Its sweeps, in order.
     pub sweeps: Vec<FoundSweep>,
+    /// Share of the surface, by parameters, that no sweep is to cover: none of the tool's was found there.
+    pub left: f64,
+    /// What the search that led to it started from.
+    pub seed: Seed,
     /// Steps of the optimizer.
     pub steps: usize,
     /// Distance between the planned-on spline and the part's surface, mm; 0 for spline parts.
@@ -114,29 +135,48 @@ pub fn find_tool(request: &ToolRequest<'_>) -> Result<FoundTool> {
     let (continued, whole) = continued(&form.spline);
     let charts: Vec<Chart<'_>> = layouts.iter().map(|layout| Chart::new(&continued, layout.clone())).collect();
     let search = Search { wish: request.wish, whole, limit: request.tolerance, observer: request.observer };
+    let (index, fitted) = best_sweeps(&search, strategy, &charts).map_err(|why| refusal(&why, request.wish))?;
+    found(request, (layouts[index].clone(), whole), fitted, form.fit_error)
+}
+
+/// The fewest sweeps within the limit, or else those that come nearest to it, with the index of their chart. Where their
+/// number is free, bands beside each other are compared with patches.
+fn best_sweeps(
+    search: &Search<'_>,
+    strategy: &Strategy,
+    charts: &[Chart<'_>],
+) -> std::result::Result<(usize, Fitted), NotFound> {
+    let (fewest, mut most) = match (strategy.kind, strategy.strips) {
+        (StrategyKind::SingleSweep, _) => (1, 1),
+        (StrategyKind::MultiStrip, Some(count)) => (count, count),
+        (StrategyKind::MultiStrip, None) => (1, MOST_SWEEPS),
+    };
     let mut best: Option<(usize, Fitted)> = None;
     let mut refused = NotFound::NoFit;
-    let counts = match (strategy.kind, strategy.strips) {
-        (StrategyKind::SingleSweep, _) => 1..=1,
-        (StrategyKind::MultiStrip, Some(count)) => count..=count,
-        (StrategyKind::MultiStrip, None) => 1..=MOST_SWEEPS,
-    };
-    for count in counts {
-        match search.run(&charts, &whole.divided(count)) {
-            Ok(found) => {
-                let enough = found.1.worst() <= request.tolerance;
-                if best.as_ref().is_none_or(|known| found.1.worst() < known.1.worst()) {
-                    best = Some(found);
+    let mut count = fewest;
+    while count <= most {
+        match search.run(charts, &search.whole.divided(count)) {
+            Ok((chart, fitted)) => {
+                let enough = fitted.worst() <= search.limit;
+                let patches = count == 1 && most > 1 && !enough;
+                let patched = if patches { search.patches(&charts[chart], &fitted) } else { None };
+                for tried in [Some(fitted), patched].into_iter().flatten() {
+                    if tried.worst() <= search.limit {
+                        most = most.min(tried.bands.len() - 1);
+                    }
+                    if best.as_ref().is_none_or(|(_, known)| search.prefers(&tried, known)) {
+                        best = Some((chart, tried));
+                    }
                 }
-                if enough || request.observer.stopped() {
+                if enough || search.observer.stopped() {
                     break;
                 }
             }
             Err(reason) => refused = reason,
         }
+        count += 1;
     }
-    let (index, fitted) = best.ok_or_else(|| refusal(&refused, request.wish))?;
-    found(request, (layouts[index].clone(), whole), fitted, form.fit_error)
+    best.ok_or(refused)
 }
 
 /// The surface with its end polynomials going on all around, as far as it stays regular, and the part of it that is
@@ -172,28 +212,31 @@ fn found(
     surface_fit_error: f64,
 ) -> Result<FoundTool> {
     let tool = tool_of(request.wish, &fitted.radius)?;
-    let sweeps = fitted.motions.into_iter().zip(&fitted.bands).zip(&fitted.judged).map(|((motion, band), judged)| {
-        let patch = judged.largest_patch(band, request.tolerance).map(|patch| {
-            let (low, high) = (whole.share((patch.low, patch.start)), whole.share((patch.high, patch.end)));
-            [(low.0, high.0), (low.1, high.1)]
-        });
-        FoundSweep {
+    let left = 1.0 - fitted.bands.iter().map(Band::area).sum::<f64>() / whole.area();
+    let seed = fitted.seed;
+    let shares = move |band: &Band| {
+        let (low, high) = (whole.share((band.low, band.start)), whole.share((band.high, band.end)));
+        [(low.0, high.0), (low.1, high.1)]
+    };
+    let sweeps =
+        fitted.motions.into_iter().zip(&fitted.bands).zip(&fitted.judged).map(|((motion, band), judged)| FoundSweep {
+            band: shares(band),
             motion,
             deviation: Deviation {
                 overcut: judged.overcut,
                 undercut: judged.undercut,
-                outside: 0.0,
+                outside: judged.outside,
                 samples: judged.samples,
             },
             worst_at: whole.share(judged.worst_at),
             rms: judged.rms,
             covered: judged.covered(),
             within: judged.share_within(request.tolerance),
-            patch,
-        }
-    });
+            patch: judged.largest_patch(band, request.tolerance).as_ref().map(shares),
+        });
     let sweeps = sweeps.collect();
-    Ok(FoundTool { tool, radius: fitted.radius, sweeps, steps: fitted.steps, surface_fit_error, layout })
+    let left = if left > 1e-9 { left } else { 0.0 };
+    Ok(FoundTool { tool, radius: fitted.radius, sweeps, left, seed, steps: fitted.steps, surface_fit_error, layout })
 }
 
 /// The found sphere family as a tool: arcs along its meridian, flat bottom, shank and holder as wished.
@@ -223,8 +266,8 @@ pub fn plan_found(request: &PlanRequest<'_>, found: &FoundTool) -> Result<Plan> 
         steps: found.steps,
     });
     let planned: Vec<Planned> = planned.collect();
-    let strips = explain::reports(request, request.tool, &form.spline, &planned, false);
-    let verdict = explain::verdict(request, &strips, 0.0);
+    let strips = explain::reports(request, request.tool, &form.spline, &planned, found.left > 0.0);
+    let verdict = explain::verdict(request, &strips, found.left);
     Ok(Plan {
         path,
         strips,

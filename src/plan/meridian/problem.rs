@@ -29,6 +29,35 @@ impl Band {
         (0..count).map(|i| Self { low: at(i), high: at(i + 1), ..*self }).collect()
     }
 
+    /// Its area in chart coordinates.
+    pub(super) fn area(&self) -> f64 {
+        (self.high - self.low) * (self.end - self.start)
+    }
+
+    /// Its halves both ways, and its quarters.
+    pub(super) fn parts(&self) -> Vec<Self> {
+        let (g, h) = (0.5 * (self.low + self.high), 0.5 * (self.start + self.end));
+        let across = [Self { high: g, ..*self }, Self { low: g, ..*self }];
+        let along = [Self { end: h, ..*self }, Self { start: h, ..*self }];
+        let quarters = across.iter().flat_map(|half| [Self { end: h, ..*half }, Self { start: h, ..*half }]);
+        across.iter().chain(&along).copied().chain(quarters).collect()
+    }
+
+    /// What `taken` leaves of it: full length on either side of it, then before and after it.
+    pub(super) fn without(&self, taken: &Self) -> Vec<Self> {
+        let rest = [
+            Self { high: taken.low, ..*self },
+            Self { low: taken.high, ..*self },
+            Self { start: self.start, end: taken.start, ..*taken },
+            Self { start: taken.end, end: self.end, ..*taken },
+        ];
+        let wide = |band: &Self| {
+            let (across, along) = (band.high - band.low, band.end - band.start);
+            across > SLIVER * (self.high - self.low) && along > SLIVER * (self.end - self.start)
+        };
+        rest.into_iter().filter(wide).collect()
+    }
+
     /// A place as shares of this band.
     pub(super) fn share(&self, (g, h): (f64, f64)) -> (f64, f64) {
         ((g - self.low) / (self.high - self.low), (h - self.start) / (self.end - self.start))
@@ -39,6 +68,9 @@ impl Band {
         (self.low..=self.high).contains(&g) && (self.start..=self.end).contains(&h)
     }
 }
+
+/// Share of a band that is too narrow to be swept by itself.
+const SLIVER: f64 = 0.01;
 
 /// Weights of the terms; residuals are in mm. The defaults are those of Bo 2016 (section 4.5), whose rigidity term
 /// became a gauge: here the tool is rigid by construction.
@@ -104,12 +136,12 @@ pub(super) struct Sweep {
 }
 
 impl Sweep {
-    /// Surface-driven start: rulings straight across the band in chart coordinates, both ends `radius` above it, each
-    /// of the same length. `margin` is how far they run past the band's borders, `overrun` past its ends, mm.
+    /// Surface-driven start: rulings straight across the band in chart coordinates, their ends `radii` above it, each of
+    /// the same length. `margin` is how far they run past the band's borders, `overrun` past its ends, mm.
     pub(super) fn across(
         chart: &Chart<'_>,
         band: Band,
-        radius: f64,
+        radii: (f64, f64),
         (margin, overrun): (f64, f64),
         instants: usize,
     ) -> Option<(Self, f64)> {
@@ -122,7 +154,7 @@ impl Sweep {
         for j in 0..instants {
             let h = start + (end - start) * j as f64 / (instants - 1) as f64;
             let (lower, upper) = (chart.frame((low, h))?, chart.frame((high, h))?);
-            rulings.push((lower.point + lower.normal * radius, upper.point + upper.normal * radius));
+            rulings.push((lower.point + lower.normal * radii.0, upper.point + upper.normal * radii.1));
             feet.push(((low, h), (high, h)));
         }
         let (least, length) = rulings
@@ -143,7 +175,35 @@ impl Sweep {
 
     /// Start from a motion found before.
     pub(super) fn along(chart: &Chart<'_>, motion: &RuledMotion, band: Band, instants: usize) -> Option<Self> {
-        let (first, last) = motion.domain();
+        Self::during(chart, motion, motion.domain(), band, instants)
+    }
+
+    /// Start from as much of a motion found before as passes over `band`, and `overrun` mm more at both ends.
+    pub(super) fn over(
+        chart: &Chart<'_>,
+        motion: &RuledMotion,
+        band: Band,
+        overrun: f64,
+        instants: usize,
+    ) -> Option<Self> {
+        let whole = Self::along(chart, motion, band, 4 * instants)?;
+        let middle = chart.frame((0.5 * (band.low + band.high), 0.5 * (band.start + band.end)))?;
+        let by = overrun / middle.along.norm();
+        let passes =
+            |((_, a), (_, b)): &((f64, f64), (f64, f64))| a.max(*b) > band.start - by && a.min(*b) < band.end + by;
+        let (first, last) = (whole.feet.iter().position(passes)?, whole.feet.iter().rposition(passes)?);
+        let (start, end) = motion.domain();
+        let at = |j: usize| start + (end - start) * j as f64 / (whole.feet.len() - 1) as f64;
+        (last > first).then(|| Self::during(chart, motion, (at(first), at(last)), band, instants))?
+    }
+
+    fn during(
+        chart: &Chart<'_>,
+        motion: &RuledMotion,
+        (first, last): (f64, f64),
+        band: Band,
+        instants: usize,
+    ) -> Option<Self> {
         let mut rulings = Vec::with_capacity(instants);
         let mut feet = Vec::with_capacity(instants);
         let mut near = [(band.low, band.start), (band.high, band.start)];

@@ -34,6 +34,8 @@ pub struct RadiusFunction {
     /// Free: control values. Cone: radii at both ends. Cylinder: the radius. Barrel: distance of the arc's middle from
     /// the axis, angle between axis and arc there (radians), curvature there (1/mm, positive for a bulge).
     coefficients: Vec<f64>,
+    /// True: a fit may not change it.
+    held: bool,
 }
 
 /// Radius with two derivatives along the axis.
@@ -95,7 +97,18 @@ impl RadiusFunction {
             MeridianFamily::Barrel => vec![radius, 0.0, 0.0],
         };
         let knots = Knots::clamped_uniform(3, free).ok()?;
-        Some(Self { family, knots, length, coefficients })
+        Some(Self { family, knots, length, coefficients, held: false })
+    }
+
+    /// The straight flank between end spheres of given radii, as far apart as `length`; no fit changes it.
+    pub(super) fn between(ends: (f64, f64), length: f64) -> Option<Self> {
+        let cone = Self::constant(MeridianFamily::Cone, ends.0, length, FREE_COEFFICIENTS)?;
+        Some(cone.with(&[ends.0, ends.1]).held())
+    }
+
+    /// The same function, which no fit changes any more.
+    pub(super) fn held(&self) -> Self {
+        Self { held: true, ..self.clone() }
     }
 
     /// The same function with other coefficients, as many as before.
@@ -105,7 +118,7 @@ impl RadiusFunction {
 
     /// The same shape with `count` coefficients, closest in the sense of least squares; other families as they are.
     pub(super) fn refined(&self, count: usize) -> Option<Self> {
-        if self.family != MeridianFamily::Free {
+        if self.family != MeridianFamily::Free || self.held {
             return Some(self.clone());
         }
         let knots = Knots::clamped_uniform(3, count).ok()?;
@@ -178,8 +191,11 @@ impl RadiusFunction {
         ArcTerms { rho, sin, cos, curvature, offset, normal, square, root, radius, along: -sin }
     }
 
-    /// Derivatives by the coefficients at `s`.
+    /// Derivatives by the coefficients at `s`; none where they are held.
     pub(super) fn by_coefficients(&self, s: f64) -> ByCoefficients {
+        if self.held {
+            return ByCoefficients { radius: vec![0.0; self.coefficients.len()], shape: None };
+        }
         match self.family {
             MeridianFamily::Free => {
                 let basis = self.knots.basis(s / self.length);

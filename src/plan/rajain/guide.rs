@@ -167,6 +167,17 @@ impl<'a> Guide<'a> {
         value
     }
 
+    /// The sharpest hollow of the surface along the guiding curves: curvature, 1/mm, and where; none where all bulges.
+    pub(super) fn sharpest_hollow(&self) -> Option<(f64, Point)> {
+        let at = |k: usize| k as f64 / (SAMPLES - 1) as f64;
+        let places = (0..SAMPLES).flat_map(|i| (0..SAMPLES).map(move |j| (at(i), at(j))));
+        let hollows = places.filter_map(|place| {
+            let GuidePoint { frame, tangent } = self.point(place, true)?;
+            Some((self.sheet.curvature(place, &tangent)?, frame.point))
+        });
+        hollows.filter(|(hollow, _)| *hollow > 0.0).max_by(|a, b| a.0.total_cmp(&b.0))
+    }
+
     /// The surface it is on.
     pub(super) fn sheet(&self) -> Sheet<'a> {
         self.sheet

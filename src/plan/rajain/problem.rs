@@ -160,6 +160,11 @@ impl<'a> Problem<'a> {
         (problem, x)
     }
 
+    /// Weighs rigidity anew.
+    pub(super) fn weigh_rigidity(&mut self, weight: f64) {
+        self.weights.rigidity = weight;
+    }
+
     /// L, r1 and r2 of unknowns.
     pub(super) fn cone(&self, x: &[f64]) -> Cone {
         let at = 3 * self.nodes.len();

@@ -116,6 +116,11 @@ impl<'a> Sheet<'a> {
         Some(-tangents * first.try_inverse()? * second * moved * tangents.transpose())
     }
 
+    /// Normal curvature of the surface along a tangent, 1/mm: positive in a hollow, as seen from the tool's side.
+    pub(super) fn curvature(&self, place: Place, tangent: &Vector) -> Option<f64> {
+        Some(self.spline.side() * self.jet(place).curvature()?.normal_curvature(tangent)?)
+    }
+
     /// Mean lengths of the surface along its two parameters, mm.
     pub(super) fn lengths(&self) -> Option<(f64, f64)> {
         let (mut along_u, mut along_v) = (0.0, 0.0);

@@ -103,6 +103,23 @@ fn what_is_free_of_the_tool_is_found_and_reported_as_a_tool() {
     assert_eq!(figures(&length).r1, 0.3);
 }
 
+/// The rulings of an exact envelope need not lie in the normal planes of the guiding curves, where the start lays them: the
+/// proximity to the start (R17) is then all that keeps the method from it.
+#[test]
+fn proximity_is_what_keeps_the_method_from_an_exact_envelope() {
+    let bytes = include_bytes!("../../../samples/exact-cone/surface.json");
+    let surface = crate::part::read(bytes, "surface.json", &crate::part::ReadOptions::default()).unwrap();
+    let surface = Part { name: "exact".into(), surface, body: None, check: Vec::new() };
+    let swept = tool(&CutterShape::EndSpheres { r1: 3.0, r2: 6.0, length: 14.0 });
+    let direction = Some(crate::geometry::Vector::new(0.982, 0.141, 0.126));
+    let held_by = |proximity: f64| {
+        let free = with(|s| s.weights.proximity = proximity);
+        distance_error(&planned(&surface, &swept, &Strategy { direction, strips: Some(1), ..free }))
+    };
+    let (printed, free) = (held_by(1e-4), held_by(1e-8));
+    assert!(printed > 0.01 && free < 1e-4, "{printed} {free}");
+}
+
 #[test]
 fn too_few_strips_leave_part_of_the_surface_bare_and_say_how_much() {
     let surface = part(saddle());

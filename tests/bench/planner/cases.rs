@@ -63,18 +63,18 @@ macro_rules! data {
     };
 }
 
-const S1: (&str, &[u8]) = ("surface_s1.json", data!("surface_s1.json"));
-const S1B: (&str, &[u8]) = ("surface_s1b.json", data!("surface_s1b.json"));
-const S2: (&str, &[u8]) = ("surface_s2.json", data!("surface_s2.json"));
-const S5: (&str, &[u8]) = ("surface_s5.json", data!("surface_s5.json"));
-const S6: (&str, &[u8]) = ("surface.json", include_bytes!("../../../samples/exact-cone/surface.json"));
+pub(crate) const S1: (&str, &[u8]) = ("surface_s1.json", data!("surface_s1.json"));
+pub(crate) const S1B: (&str, &[u8]) = ("surface_s1b.json", data!("surface_s1b.json"));
+pub(crate) const S2: (&str, &[u8]) = ("surface_s2.json", data!("surface_s2.json"));
+pub(crate) const S5: (&str, &[u8]) = ("surface_s5.json", data!("surface_s5.json"));
+pub(crate) const S6: (&str, &[u8]) = ("surface.json", include_bytes!("../../../samples/exact-cone/surface.json"));
 const ROTOR_PRESSURE: (&str, &[u8]) =
     ("pressure-side.json", include_bytes!("../../../samples/rotor37/pressure-side.json"));
 const ROTOR_SUCTION: (&str, &[u8]) = ("rotor37_suction.json", data!("rotor37_suction.json"));
 const HECC: (&str, &[u8]) = ("hecc_main_pressure.json", data!("hecc_main_pressure.json"));
 
 /// The direction that comes with the gear flanks.
-const GEAR: [f64; 3] = [0.707_583_731, 0.649_210_227, -0.279_018_538];
+pub(crate) const GEAR: [f64; 3] = [0.707_583_731, 0.649_210_227, -0.279_018_538];
 
 /// Every case, in the table's order.
 pub(crate) fn all() -> Vec<Case> {
