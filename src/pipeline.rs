@@ -10,6 +10,7 @@ mod inspect;
 mod inspect_path;
 mod pace;
 mod page;
+mod reach;
 mod recover;
 mod retarget;
 mod stages;

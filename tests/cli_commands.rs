@@ -2,6 +2,8 @@
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test fails by panicking")]
 
+#[path = "cli_commands/axis_bound.rs"]
+mod axis_bound;
 #[path = "cli_commands/bad_input.rs"]
 mod bad_input;
 #[path = "cli_commands/bad_plan.rs"]

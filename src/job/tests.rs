@@ -196,6 +196,7 @@ fn strategy_keys_reach_the_planner() {
         engage_from: Some(1.5),
         lead: Some(4.0),
         stand_off: Some(3.0),
+        reach: None,
         rajain: crate::plan::RajainSettings::default(),
     };
     assert!((strategy.fairness - 3.0).abs() < 1e-12);

@@ -45,7 +45,7 @@ pub use control::{
 };
 pub use linearize::{LinearizeOptions, Linearized, axis_positions, linearize};
 pub use model::{AxisZero, Carrier, LinearAxis, Machine, RotaryAxis, RotaryMotion, Sense, Spindle, Travel};
-pub use reach::{ReachMap, Ways};
+pub use reach::{ReachMap, Ways, beyond};
 pub use schema::schema;
 pub use setup::{Interpolation, InverseSolutions, Segment, Setup, Unreachable, unwind};
 pub use templates::{FIELDS as TEMPLATE_FIELDS, Template, Templates, environment as template_environment};

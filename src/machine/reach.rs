@@ -6,7 +6,7 @@
 
 use super::axes::AxisPosition;
 use super::model::Travel;
-use super::setup::{Setup, unwind};
+use super::setup::{Setup, Unreachable, unwind};
 use crate::geometry::{Direction, Point, Vector};
 use crate::motion::Pose;
 use std::f64::consts::{PI, TAU};
@@ -59,6 +59,36 @@ pub(super) fn ways(setup: &Setup, axis: Direction) -> Ways {
         1 => Ways::One,
         _ => Ways::Both,
     }
+}
+
+/// How far a direction of the tool axis, part frame, lies beyond what the rotary axes make within their limits, radians, and
+/// which axis would have to go where; none for directions that the machine makes.
+pub fn beyond(setup: &Setup, axis: Direction) -> Option<(f64, String)> {
+    let rotary = &setup.machine().rotary;
+    let solutions = match setup.inverse(&Pose { tip: Point::origin(), axis }) {
+        Ok(solutions) => solutions,
+        Err(Unreachable { axis, by }) => {
+            let words = format!("axis {axis} would have to tilt it {:.2} degrees farther", by.to_degrees());
+            return Some((by, words));
+        }
+    };
+    let excess = |axes: &AxisPosition| {
+        let of = |k: usize| match rotary[k].travel {
+            Travel::Limited { min, max } if solutions.free != Some(k) => {
+                let angle = unwind(axes.rotary[k], (min + max) / 2.0);
+                let limit = angle.clamp(min, max);
+                ((angle - limit).abs(), rotary[k].letter, angle, limit)
+            }
+            _ => (0.0, rotary[k].letter, 0.0, 0.0),
+        };
+        let (first, second) = (of(0), of(1));
+        if first.0 >= second.0 { first } else { second }
+    };
+    let least = solutions.branches.iter().map(excess).min_by(|a, b| a.0.total_cmp(&b.0));
+    least.filter(|(by, ..)| *by > 1e-9).map(|(by, letter, angle, limit)| {
+        let [angle, limit] = [angle, limit].map(f64::to_degrees);
+        (by, format!("axis {letter} would have to stand at {angle:.2} degrees, beyond its limit {limit:.2}"))
+    })
 }
 
 /// The direction of the first axis of the chain and its opposite, as far as the machine makes them.

@@ -1,5 +1,6 @@
 //! Everything a job names, read and checked.
 
+use super::reach::axis_bound;
 use crate::diagnostic::{Diagnostic, Result};
 use crate::job::{Job, MachineSpec};
 use crate::machine::{DialectOptions, Machine, WorkOffset};
@@ -78,7 +79,7 @@ impl Inputs {
 
     /// Reads what a job names: its part's files and its machine, which comes with the text it was read from.
     pub fn read(
-        job: Job,
+        mut job: Job,
         files: &PartFiles<'_>,
         machine: &Machine,
         machine_text: &str,
@@ -104,6 +105,7 @@ impl Inputs {
                 faces_out_of_bodies(&job, &surface, body.iter().chain(&check)).map_err(|e| vec![*e])?;
                 let part = Part { name: job.name.clone(), surface, body, check };
                 let tool = job.tool.given().cloned();
+                job.strategy.reach = axis_bound(&machine).map_err(|e| vec![*e])?;
                 Ok(Self { job, part, machine, hash: digits(&hasher), tool, blank: None, hasher })
             }
             _ => Err(findings),

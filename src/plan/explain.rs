@@ -19,6 +19,8 @@ pub enum LimitedBy {
     Coverage,
     /// Blocks and rounding cost as much as the strip does.
     Machine,
+    /// The axis stands at the bound of the directions that the machine makes.
+    AxisReach,
     /// The part's curvature along a straight flank.
     Curvature,
     /// The largest overcut allowed.
@@ -36,6 +38,7 @@ impl LimitedBy {
             Self::Body => "flutes beside the strip, shank or holder",
             Self::Coverage => "coverage of the surface",
             Self::Machine => "blocks and rounding",
+            Self::AxisReach => "the tool axis directions that the machine makes",
             Self::Curvature => "curvature along the flank",
             Self::OvercutLimit => "the overcut limit",
             Self::Reach => "reach of the flute",
@@ -100,6 +103,12 @@ pub(super) fn reports(
             report.seam = seam;
             let outermost = i == 0 || next.is_none();
             report.limited_by = limit(request, tool, &report, bare && outermost);
+            let error = strip.deviation.overcut.max(strip.deviation.undercut);
+            if error > request.linearization
+                && request.strategy.reach.as_ref().is_some_and(|b| b.holds_back(&strip.motion))
+            {
+                report.limited_by = LimitedBy::AxisReach;
+            }
             report
         })
         .collect()
@@ -223,6 +232,8 @@ fn help(request: &PlanRequest<'_>, strips: &[StripReport], bare_share: f64) -> V
         let factor = strain(worst).sqrt();
         if worst.limited_by == LimitedBy::Fit {
             help.push("more weight on accuracy, less on kink and fairness".to_owned());
+        } else if worst.limited_by == LimitedBy::AxisReach {
+            help.push("the part turned by [part] placement, or a machine with more travel".to_owned());
         } else {
             help.push(format!(
                 "shorter engagement, {:.2} mm of flank in place of {:.2}: about {} strips",

@@ -9,6 +9,7 @@
 use super::attainable::FlankLaw;
 use super::chart::{Chart, ChartFoot};
 use super::rails::{BLOCK, RUN, Rails, SECOND_DIFFERENCE};
+use super::reach::AxisBound;
 use crate::geometry::{Point, Vector};
 use crate::optimize::{LeastSquares, NormalEquations};
 use crate::tool::{Contact, Tool};
@@ -24,6 +25,8 @@ pub(super) struct SphereFamily {
     below: Vec<(f64, f64)>,
     /// Heights and radii of shank and holder profile points, which must stay clear.
     body: Vec<(f64, f64)>,
+    /// Directions that its axis must keep to.
+    reach: Option<AxisBound>,
 }
 
 impl SphereFamily {
@@ -54,7 +57,12 @@ impl SphereFamily {
             })
             .collect();
         let contacts = table.iter().map(|c| c.point.height).collect();
-        (flank.len() >= 2).then_some(Self { flank, contacts, below, body })
+        (flank.len() >= 2).then_some(Self { flank, contacts, below, body, reach: None })
+    }
+
+    /// The same tool, its axis bound to some directions.
+    pub(super) fn within(self, reach: Option<AxisBound>) -> Self {
+        Self { reach, ..self }
     }
 
     /// Sphere centre height of the lowest flank point.
@@ -271,6 +279,11 @@ impl<'a> StripFit<'a> {
             let weight = REACH * scale;
             rows.push(Row { time: j, lower: -d, upper: d, residual: length - longest, weight });
         }
+        if let Some((by, out)) = self.family.reach.as_ref().and_then(|bound| bound.pull(&d)) {
+            // In mm at the flank's end: the axis turns by what its ends move apart across it, over its length.
+            let weight = BOUND * scale;
+            rows.push(Row { time: j, lower: -out, upper: out, residual: by * length, weight });
+        }
         for (k, f) in self.shares.clone().into_iter().enumerate() {
             let index = j * self.shares.len() + k;
             let centre = a + span * f;
@@ -358,6 +371,8 @@ impl<'a> StripFit<'a> {
 
 /// Weight of rails that lie farther apart than the flank reaches, against 1 for a deviation.
 const REACH: f64 = 300.0;
+/// Weight of axes that the machine does not make: no deviation is worth them.
+const BOUND: f64 = 3e3;
 /// The rest of the tool is looked at every so many instants: it must only stay clear.
 const CLEARANCE_STRIDE: usize = 3;
 /// The foot of the point of a cylinder of `radius` about the axis `d` that is nearest the part, seen from its centre's

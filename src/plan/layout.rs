@@ -5,6 +5,7 @@ use super::attainable::FlankLaw;
 use super::chart::{Chart, Layout, Lines};
 use super::field::{AxisField, Field, Sheet, Wish};
 use super::fit::SphereFamily;
+use super::reach::within_bound;
 use super::start::{Band, start_strip};
 use super::{PlanRequest, Strategy, StrategyKind, TipSide};
 use crate::diagnostic::{Diagnostic, Result};
@@ -59,6 +60,7 @@ pub(super) fn choose_layout(
     family: &SphereFamily,
 ) -> Result<Choice> {
     let lines = candidates(request.strategy, spline, &family.law())?;
+    let lines = within_bound(request.strategy, spline, lines, |lines| orient(request.strategy, spline, lines));
     // In order, so that the choice does not depend on which is ready first.
     let choices: Vec<Option<Choice>> =
         lines.into_par_iter().map(|lines| predict(request, spline, family, lines)).collect();

@@ -17,6 +17,7 @@ mod planner;
 mod polish;
 mod rails;
 mod rajain;
+mod reach;
 mod seam;
 mod start;
 mod strip;
@@ -29,6 +30,7 @@ pub use attainable::{Attainable, AttainableMap, FlankLaw};
 pub use explain::{LimitedBy, PlanVerdict, StripReport};
 pub use observe::{Observer, Progress, Stage, Unobserved};
 pub use rajain::{DirectionField, Free, RajainFigures, RajainSettings, Weights};
+pub use reach::{AxisBound, AxisReach};
 pub use seam::Seam;
 
 use crate::diagnostic::Result;
@@ -100,6 +102,8 @@ pub struct Strategy {
     pub lead: Option<f64>,
     /// Stand-off of links, mm; 2 mm when left out.
     pub stand_off: Option<f64>,
+    /// Tool axis directions to keep to; all when left out.
+    pub reach: Option<AxisBound>,
     /// Settings of [`Method::Rajain2023`].
     pub rajain: RajainSettings,
 }
@@ -120,6 +124,7 @@ impl Strategy {
             engage_from: None,
             lead: None,
             stand_off: None,
+            reach: None,
             rajain: RajainSettings::default(),
         }
     }
@@ -228,6 +233,9 @@ pub fn plan(request: &PlanRequest<'_>) -> Result<Plan> {
             (strips.collect(), passes, None, None)
         }
     };
+    if let Some(bound) = &request.strategy.reach {
+        bound.check(strips.iter().map(|strip| &strip.motion))?;
+    }
     let path = request.path_of(tool.as_ref().unwrap_or(request.tool), passes);
     let bare_share = figures.map_or(0.0, |figures: RajainFigures| figures.bare_share);
     let used = tool.as_ref().unwrap_or(request.tool);

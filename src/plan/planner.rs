@@ -206,7 +206,16 @@ impl<'a> Planner<'a> {
                 let observer = self.request.observer;
                 let effort =
                     Effort { fairness: 1e-9 * strategy.fairness, steps, rounds, enough: self.enough(), observer };
-                fit_strip(chart, tool, family, (&band, before), (&resolution, &self.limits()), &effort)
+                let fit = |effort: &Effort<'_>| {
+                    fit_strip(chart, tool, family, (&band, before), (&resolution, &self.limits()), effort)
+                };
+                match fit(&effort) {
+                    // Only least squares know the bound: where the refinement leaves it, it is left out.
+                    Ok(strip) if strategy.reach.as_ref().is_some_and(|bound| bound.is_left(&strip.motion)) => {
+                        fit(&Effort { steps: 4 * steps, rounds: 0, ..effort })
+                    }
+                    fitted => fitted,
+                }
             }
         };
         fitted.map_err(|e| {
@@ -375,7 +384,8 @@ fn too_short(needed: f64, reach: f64, at: &Point) -> Box<Diagnostic> {
 /// The spheres of the flank that the strategy uses.
 pub(super) fn flank(tool: &Tool, strategy: &Strategy) -> Result<SphereFamily> {
     let from = strategy.engage_from.unwrap_or_else(|| default_engagement(tool));
-    SphereFamily::new(tool, from).ok_or_else(|| {
+    let family = SphereFamily::new(tool, from).map(|family| family.within(strategy.reach.clone()));
+    family.ok_or_else(|| {
         Diagnostic::error(format!("the tool has no flank above {from} mm to mill with"))
             .help("give a longer flute_length, or a smaller [strategy] engage_from")
     })

@@ -336,4 +336,21 @@ mod tests {
         assert!(movable(0.0) < 1e-6, "{}", movable(0.0));
         assert!(movable(0.5) > 0.05, "{}", movable(0.5));
     }
+
+    /// Of a wall whose straight lines lean, a cylinder's axis has to lean with them.
+    #[test]
+    fn a_seed_takes_the_slant_that_the_part_asks_for() {
+        let spline = wall(20f64.to_radians().tan());
+        let chart = chart(&spline);
+        let (band, wanted) = (Band::inside(0.0), ((3.0, 3.0), 20.0, MeridianFamily::Cylinder));
+        let costs: Vec<(f64, f64, f64)> = SLANTS
+            .iter()
+            .filter_map(|slant| seed(&chart, &band, wanted, slant.to_radians()))
+            .map(|seed| (seed.slant.to_degrees(), seed.lost, seed.misfit))
+            .collect();
+        let best = costs.iter().min_by(|a, b| (a.1.sqrt() + a.2).total_cmp(&(b.1.sqrt() + b.2))).unwrap();
+        let best = seed(&chart, &band, wanted, best.0.to_radians()).unwrap().refined(&chart, &band, wanted);
+        let slant = best.line.axis().z.acos().to_degrees();
+        assert!((slant - 20.0).abs() < 0.5 && best.misfit < 1e-3, "{slant} {} {costs:?}", best.misfit);
+    }
 }

@@ -258,6 +258,9 @@ pub fn plan_found(request: &PlanRequest<'_>, found: &FoundTool) -> Result<Plan> 
     let form = request.part.surface.spline()?;
     let chart = Chart::new(&form.spline, found.layout.clone());
     let motions: Vec<RuledMotion> = found.sweeps.iter().map(|sweep| sweep.motion.clone()).collect();
+    if let Some(bound) = &request.strategy.reach {
+        bound.check(motions.iter())?;
+    }
     let passes = chart_passes(request, &chart, &motions)?;
     let path = request.path_of(request.tool, passes);
     let planned = found.sweeps.iter().map(|sweep| Planned {

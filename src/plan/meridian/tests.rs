@@ -169,7 +169,7 @@ fn a_cone_between_given_ends_keeps_them_and_finds_its_length() {
 fn what_one_sweep_cannot_make_is_made_patch_by_patch() {
     let point = |i: i32, j: i32| {
         let (x, z) = (f64::from(i), f64::from(j) * 0.4 - 10.0);
-        Point::new(x, -0.25 * (z - 2.0).max(0.0), z)
+        Point::new(x, -0.25 * z.max(0.0), z)
     };
     let rows: Vec<Vec<Point>> = (0..=40).map(|i| (0..=50).map(|j| point(i, j)).collect()).collect();
     let part = part_of(interpolate_grid(&rows).unwrap());
@@ -178,11 +178,10 @@ fn what_one_sweep_cannot_make_is_made_patch_by_patch() {
     let request = ToolRequest { part: &part, wish: &wish, strategy: &strategy, tolerance: 0.02, observer: &Unobserved };
     let found = find_tool(&request).unwrap();
     assert!(error(&found) < 0.02, "{}", error(&found));
-    // Equal strips would need five.
-    assert!((2..=3).contains(&found.sweeps.len()) && found.left == 0.0, "{} {}", found.sweeps.len(), found.left);
-    // One border is the ridge, at three fifths of the way across.
+    assert!(found.sweeps.len() == 2 && found.left == 0.0, "{} {}", found.sweeps.len(), found.left);
+    // One border is the ridge.
     let mut borders = found.sweeps.iter().flat_map(|sweep| [sweep.band[0].0, sweep.band[0].1]);
-    assert!(borders.any(|border| (border - 0.6).abs() < 0.05));
+    assert!(borders.any(|border| (border - 0.5).abs() < 0.05));
 }
 
 #[test]
