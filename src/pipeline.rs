@@ -15,6 +15,7 @@ mod recover;
 mod retarget;
 mod stages;
 mod stock;
+mod suspect;
 
 pub use check::{CheckRequest, Checked, check, doubts};
 pub use diff::{Compared, Difference, Differences, ProgramSize, diff};

@@ -8,6 +8,8 @@ mod axis_bound;
 mod bad_input;
 #[path = "cli_commands/bad_plan.rs"]
 mod bad_plan;
+#[path = "cli_commands/bad_programs.rs"]
+mod bad_programs;
 #[path = "cli_commands/findings.rs"]
 mod findings;
 #[path = "cli_commands/good_input.rs"]

@@ -5,7 +5,10 @@ use crate::job::fact_lines;
 use crate::pipeline::Posted;
 use crate::plan::meridian::{FoundTool, Seed};
 use crate::plan::{Plan, RajainFigures, StripReport};
-use crate::verify::{FindingRecord, MachineVerification, ProgramRecord, StockRecord, Verdict, Verification};
+use crate::verify::{
+    FindingRecord, MachineVerification, ParameterRecord, ProgramRecord, StockRecord, UncertaintyRecord, Verdict,
+    Verification,
+};
 use std::fmt::Write;
 
 /// Findings that are shown one by one.
@@ -189,7 +192,25 @@ pub(super) fn of_verdict(record: &Verification) -> String {
         text.push_str(&of_stock(stock));
     }
     let _ = writeln!(text, "limits      {} passed, {} collisions", record.limits.len(), record.collisions.len());
+    if let Some(uncertainty) = &record.uncertainty {
+        text.push_str(&of_uncertainty(uncertainty));
+    }
     text + &of_findings(&record.findings) + &of_reasons(record.verdict, &record.reasons)
+}
+
+/// What the machine's tolerances change on the part.
+fn of_uncertainty(record: &UncertaintyRecord) -> String {
+    let (worst, rss) = (record.worst_case_mm, record.rss_mm);
+    let mut text =
+        format!("machine     {worst:.5} mm at most on the part by its tolerances, {rss:.5} mm as independent errors\n");
+    for parameter in &record.parameters {
+        let ParameterRecord { name, tolerance, unit, change_max_mm, point_mm: [x, y, z], line } = parameter;
+        let _ = writeln!(
+            text,
+            "  {name}, {tolerance} {unit}: {change_max_mm:.5} mm at ({x:.3}, {y:.3}, {z:.3}), cut by line {line}"
+        );
+    }
+    text
 }
 
 /// Figures and verdict of a program on its machine, without a part.

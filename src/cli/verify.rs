@@ -6,7 +6,7 @@ use super::{Outcome, Refusal, Terminal, summary};
 use crate::diagnostic::Diagnostic;
 use crate::job::read_tool;
 use crate::nc::{FindingCode, GROUPS};
-use crate::pipeline::{CheckRequest, InputFile, Judging, check, doubts, judge, to_json};
+use crate::pipeline::{CheckRequest, InputFile, Judging, check, doubts, judge, page, to_json};
 use crate::report::{junit, sarif};
 use crate::simulate::OwnTool;
 use crate::verify::{FindingRecord, Verdict};
@@ -55,6 +55,12 @@ pub(super) struct Arguments {
     /// Prove upper bounds of overcut and undercut between the samples, too; takes several times as long
     #[arg(long, requires = "job")]
     bounds: bool,
+    /// Say what the machine's own tolerances, [tolerances] of the machine file, change on the part
+    #[arg(long, requires = "job")]
+    uncertainty: bool,
+    /// Write the report here, as `run` does
+    #[arg(long, value_name = "R.html", requires = "job")]
+    report: Option<PathBuf>,
     /// Distance of neighbouring samples of the part, mm; about 20,000 over its area when left out. Between them it is
     /// refined where it matters
     #[arg(long, value_name = "MM", requires = "job", value_parser = spacing)]
@@ -76,6 +82,8 @@ struct Judgement {
     verdict: Verdict,
     text: String,
     json: String,
+    /// The report, where one is wanted.
+    page: Option<String>,
     findings: Vec<FindingRecord>,
 }
 
@@ -108,6 +116,9 @@ pub(super) fn run(arguments: &Arguments, terminal: &mut Terminal) -> Result<Outc
     if let (Some(path), Ok(judgement)) = (&arguments.json, &judged) {
         outputs.add(path.clone(), judgement.json.as_str());
     }
+    if let (Some(path), Ok(Judgement { page: Some(page), .. })) = (&arguments.report, &judged) {
+        outputs.add(path.clone(), page.as_str());
+    }
     outputs.write()?;
     let judgement = judged.map_err(Refusal)?;
     terminal.print(&judgement.text);
@@ -134,7 +145,14 @@ fn with_job(
         bounds: arguments.bounds,
         length_offset: arguments.length_offset,
         spacing: arguments.spacing,
+        uncertainty: arguments.uncertainty,
     };
+    if arguments.uncertainty && inputs.machine.tolerances.is_none() {
+        return Err(Diagnostic::error(format!("machine {} gives no tolerances", inputs.machine.name))
+            .in_file(machine)
+            .help("write [tolerances] into the machine file: pivot in mm, direction and angle in degrees")
+            .into());
+    }
     let tool = inputs.tool()?;
     let refusal = match judge(&inputs, program, None, &how) {
         Ok(judged) => {
@@ -143,6 +161,10 @@ fn with_job(
                 verdict: record.verdict,
                 text: summary::of_verdict(record),
                 json: to_json(record)?,
+                page: match arguments.report {
+                    Some(_) => Some(page(&inputs, None, &judged, &String::from_utf8_lossy(program.bytes))?),
+                    None => None,
+                },
                 findings: record.findings.clone(),
             }));
         }
@@ -178,6 +200,7 @@ fn alone(arguments: &Arguments, program: InputFile<'_>, machine: &str) -> Result
         verdict: record.verdict,
         text: summary::of_machine_verdict(&record),
         json: to_json(&record)?,
+        page: None,
         findings: record.findings,
     }))
 }

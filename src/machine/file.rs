@@ -6,12 +6,15 @@ use super::control::{
 };
 use super::file_reader::{LONGEST, Reader};
 use super::file_rotary::RawRotary;
-use super::model::{AxisZero, LinearAxis, Machine, Spindle};
+use super::model::{AxisZero, LinearAxis, Machine, Spindle, Tolerances};
 use super::templates::{self, Template, Templates};
 use crate::diagnostic::{Diagnostic, Result, TomlText};
 use crate::geometry::{Direction, Vector};
 use serde::Deserialize;
 use std::collections::BTreeMap;
+
+/// Largest tolerance of a machine's own numbers, mm or degrees: to first order must be near enough.
+const LARGEST_TOLERANCE: f64 = 1.0;
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -26,7 +29,16 @@ struct RawMachine {
     linear: RawLinearAxes,
     #[serde(default)]
     rotary: Vec<RawRotary>,
+    tolerances: Option<RawTolerances>,
     control: RawControl,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+struct RawTolerances {
+    pivot: f64,
+    direction: f64,
+    angle: f64,
 }
 
 #[derive(Debug, Default, Deserialize)]
@@ -178,8 +190,21 @@ impl Reader<'_> {
             rotary,
             chain,
             spindle,
+            tolerances: raw.tolerances.as_ref().map(|raw| self.tolerances(raw)).transpose()?,
             control: self.control(&raw.control)?,
         })
+    }
+
+    fn tolerances(&self, raw: &RawTolerances) -> Result<Tolerances> {
+        for (key, value) in [("pivot", raw.pivot), ("direction", raw.direction), ("angle", raw.angle)] {
+            if !(0.0..=LARGEST_TOLERANCE).contains(&value) {
+                let message = format!("{value} is no tolerance");
+                let help = format!("write mm, or degrees, from 0 to {LARGEST_TOLERANCE}");
+                return self.bad(&format!("tolerances.{key}"), message, help);
+            }
+        }
+        let (direction, angle) = (raw.direction.to_radians(), raw.angle.to_radians());
+        Ok(Tolerances { pivot: raw.pivot, direction, angle })
     }
 
     fn linear(&self, letter: char, raw: &RawLinear, default: Vector) -> Result<LinearAxis> {

@@ -44,7 +44,7 @@ pub use control::{
     ShortestWay, TcpInterpolation, WorkOffset,
 };
 pub use linearize::{LinearizeOptions, Linearized, axis_positions, linearize};
-pub use model::{AxisZero, Carrier, LinearAxis, Machine, RotaryAxis, RotaryMotion, Sense, Spindle, Travel};
+pub use model::{AxisZero, Carrier, LinearAxis, Machine, RotaryAxis, RotaryMotion, Sense, Spindle, Tolerances, Travel};
 pub use reach::{ReachMap, Ways, beyond};
 pub use schema::schema;
 pub use setup::{Interpolation, InverseSolutions, Segment, Setup, Unreachable, unwind};

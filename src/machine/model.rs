@@ -156,6 +156,17 @@ pub struct Spindle {
     pub axis_zero: AxisZero,
 }
 
+/// How far the machine may be from its own numbers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tolerances {
+    /// Of each pivot along each of the machine's directions, mm.
+    pub pivot: f64,
+    /// Of the direction of each rotary axis, about each of the machine's directions, radians.
+    pub direction: f64,
+    /// Of the angle at which each rotary axis stands, radians.
+    pub angle: f64,
+}
+
 /// A machine of three to five axes and its control.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Machine {
@@ -174,6 +185,8 @@ pub struct Machine {
     pub chain: [usize; 2],
     /// Where the tool sits.
     pub spindle: Spindle,
+    /// How far all this may be off; `None` where the machine file does not say.
+    pub tolerances: Option<Tolerances>,
     /// The control.
     pub control: Control,
 }

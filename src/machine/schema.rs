@@ -30,7 +30,22 @@ fn value() -> Value {
                 "properties": { "X": linear(), "Y": linear(), "Z": linear() },
             },
             "rotary": { "type": "array", "maxItems": 2, "items": rotary() },
+            "tolerances": tolerances(),
             "control": control(),
+        },
+    })
+}
+
+fn tolerances() -> Value {
+    let one = |description: &str| json!({ "type": "number", "minimum": 0, "maximum": 1, "description": description });
+    json!({
+        "type": "object",
+        "description": "How far the machine may be from its own numbers, for `verify --uncertainty`.",
+        "additionalProperties": false,
+        "properties": {
+            "pivot": one("Of each pivot along X, Y and Z, mm; 0 when left out."),
+            "direction": one("Of the direction of each rotary axis about X, Y and Z, degrees; 0 when left out."),
+            "angle": one("Of the angle at which each rotary axis stands, degrees; 0 when left out."),
         },
     })
 }

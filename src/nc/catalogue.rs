@@ -200,6 +200,9 @@ catalogue! {
     SwappedAxes "R411" "swapped-axes" Fault,
         "The moves fit the part when rotary letters are exchanged, or an axis turns the other way.",
         "Post for this machine; check letters and sense of the rotary axes in the machine file.";
+    AbsurdMove "R412" "absurd-move" Doubt,
+        "A block leads a kilometre away, or turns an axis a hundred times: a decimal point is lost. It is not followed.",
+        "Write the point where it belongs.";
     Travel "R501" "travel-limit" Fault,
         "An axis would have to go beyond the end of its travel.",
         "Place the part otherwise, or post with another branch of the rotary axes.";

@@ -252,6 +252,14 @@ fn figures(verified: &Verified) -> Vec<Figure> {
         figures.push(plain("Tip against tool path", trip.tip_max_mm, 5, "mm"));
         figures.push(plain("Axis against tool path", trip.axis_max_deg, 5, "deg"));
     }
+    if let Some(uncertainty) = &record.uncertainty {
+        figures.push(plain("Machine's tolerances on the part, worst case", uncertainty.worst_case_mm, 5, "mm"));
+        figures.push(plain("The same as independent errors", uncertainty.rss_mm, 5, "mm"));
+        figures.extend(uncertainty.parameters.iter().map(|parameter| {
+            let label = format!("By {}, {} {}", parameter.name, parameter.tolerance, parameter.unit);
+            plain(&label, parameter.change_max_mm, 5, "mm")
+        }));
+    }
     for figure in &mut figures {
         // Counts have no digits after the point; speeds of blocks of no length are not shown.
         if figure.unit.is_empty() {

@@ -2,6 +2,7 @@
 
 use super::check::doubts;
 use super::stock::mill;
+use super::suspect::suspicion;
 use super::{InputFile, Inputs};
 use crate::diagnostic::{Diagnostic, Result};
 use crate::feed::{Loss, Schedule, excesses};
@@ -69,6 +70,8 @@ pub struct Judging {
     pub despite_unknown_text: bool,
     /// With upper bounds of overcut and undercut that hold between the samples, too.
     pub bounds: bool,
+    /// With what the machine's tolerances would change on the part, see [`crate::machine::Tolerances`].
+    pub uncertainty: bool,
     /// Number of the tool's length offset in the control's table; the tool's own when left out.
     pub length_offset: Option<u32>,
     /// Distance of neighbouring samples of the part, mm; from its area when left out.
@@ -195,9 +198,17 @@ pub fn judge(
         path,
     };
     let bound = how.bounds.then_some(BOUND_RESOLUTION);
-    let settings =
-        Settings { despite_unknown_text: how.despite_unknown_text, bound, spacing: how.spacing, ..Settings::default() };
-    let verified = verify(&subject, &settings);
+    let settings = Settings {
+        despite_unknown_text: how.despite_unknown_text,
+        bound,
+        spacing: how.spacing,
+        uncertainty: how.uncertainty,
+        ..Settings::default()
+    };
+    let mut verified = verify(&subject, &settings);
+    if let Some(suspicion) = suspicion(&read, motion.setup(), inputs, tool, &verified) {
+        verified.record.add(suspicion);
+    }
     let milled = mill(inputs, &motion).map_err(refuse)?;
     let verified = match &milled {
         Some(milled) => verified.with_stock(milled),

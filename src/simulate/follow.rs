@@ -15,6 +15,7 @@ use crate::motion::Pose;
 use crate::nc::code::PathControl;
 use crate::nc::program::{AXIS_LETTERS, AxisSet, Change, ChangeAt, Feed, Frame, LengthOffset, Move, Way};
 use crate::nc::{FeedRules, Finding, FindingCode, Findings, Program, Travelled};
+use std::f64::consts::TAU;
 
 /// The numbers by which a program should call the tool that it is followed with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -45,6 +46,10 @@ pub fn simulate(program: &Program, setup: &Setup, tool: Option<OwnTool>) -> Tool
     findings.merge(follower.findings);
     ToolMotion::new(setup.clone(), follower.segments, findings).blended(follower.blending)
 }
+
+/// Turns of a rotary axis in one block, and distance from any zero, mm, beyond which a move is not followed.
+const MOST_TURNS: f64 = 100.0;
+const FARTHEST: f64 = 1e6;
 
 /// Where a move leads.
 struct Target {
@@ -80,7 +85,8 @@ struct Follower<'a> {
     needed: AxisSet,
     positioned: AxisSet,
     said_unknown_start: bool,
-    said_without_length: bool,
+    /// That the tool length is missing: in a rapid, and at a feed.
+    said_without_length: [bool; 2],
     segments: Vec<Segment>,
     findings: Findings,
 }
@@ -110,7 +116,7 @@ impl<'a> Follower<'a> {
             needed: AxisSet(program.moves.iter().fold(0, |bits, step| bits | step.given.0) & !AxisSet::VECTOR.0),
             positioned: AxisSet::default(),
             said_unknown_start: false,
-            said_without_length: false,
+            said_without_length: [false; 2],
             segments: Vec::with_capacity(program.moves.len()),
             findings: Findings::default(),
         }
@@ -131,7 +137,7 @@ impl<'a> Follower<'a> {
                     self.tip = self.setup.forward(&self.axes).tip;
                 }
                 self.tcp = on;
-                self.said_without_length = false;
+                self.said_without_length = [false; 2];
             }
             Change::Interpolation(how) => self.interpolation = how,
             Change::FeedRadius(radius) => self.rules = self.rules.at_radius(radius),
@@ -187,7 +193,7 @@ impl<'a> Follower<'a> {
             self.find(FindingCode::OtherLength, line, message, help);
         }
         self.length_on = on;
-        self.said_without_length = false;
+        self.said_without_length = [false; 2];
     }
 
     /// Whether the control takes G43's length into its kinematics; else it knows the length otherwise.
@@ -211,6 +217,9 @@ impl<'a> Follower<'a> {
         self.check_tcp(step);
         let here = self.here();
         let target = self.target(step, here);
+        if self.is_absurd(step, &target) {
+            return;
+        }
         let positioned = self.positioned;
         let known = self.needed.0 & !positioned.0 == 0;
         self.positioned = AxisSet(self.positioned.0 | self.named(step).0);
@@ -249,6 +258,23 @@ impl<'a> Follower<'a> {
     /// Whether a move only brings rotary axes to where the program wants them first: slowly, where a rapid would not do.
     fn only_turns_first(&self, step: &Move, positioned: AxisSet) -> bool {
         step.given.0 & (0b111 | AxisSet::VECTOR.0 | positioned.0) == 0
+    }
+
+    /// Whether a move leads where no machine goes; then that is said. Following it would take for ever.
+    fn is_absurd(&mut self, step: &Move, target: &Target) -> bool {
+        let turns = target.axes.rotary.iter().zip(self.axes.rotary).map(|(to, from)| (to - from).abs() / TAU);
+        let turns = turns.fold(0.0, f64::max);
+        let away = target.words.coords.amax().max(target.axes.linear.iter().fold(0.0, |most, x| x.abs().max(most)));
+        let message = if turns > MOST_TURNS {
+            format!("a rotary axis turns {turns:.0} times in one block")
+        } else if away > FARTHEST {
+            format!("the block leads {:.0} m away", away / 1000.0)
+        } else {
+            return false;
+        };
+        let help = "write the decimal point where it belongs; the block is not followed";
+        self.find(FindingCode::AbsurdMove, step.line as usize, message, help);
+        true
     }
 
     /// Adds a segment with its duration.
@@ -304,9 +330,12 @@ impl<'a> Follower<'a> {
             return;
         }
         let line = step.line as usize;
-        if !self.length_on && self.length_in_kinematics() && !self.said_without_length {
-            self.said_without_length = true;
-            let severity = if step.way == Way::Rapid { Severity::Warning } else { Severity::Error };
+        let feeds = step.way != Way::Rapid;
+        let [said_in_rapid, said_at_feed] = &mut self.said_without_length;
+        let said = if feeds { said_at_feed } else { said_in_rapid };
+        let was_said = std::mem::replace(said, true);
+        if !was_said && !self.length_on && self.length_in_kinematics() {
+            let severity = if feeds { Severity::Error } else { Severity::Warning };
             let message = "TCP is on with no tool length offset in force; the job's tool length is supposed here";
             let help = "write G43 H before TCP is switched on";
             self.findings.push(Finding::new(FindingCode::TcpWithoutLength, line, message, help).weighing(severity));

@@ -71,26 +71,27 @@ impl Obstacle {
     }
 }
 
-/// The deepest contact of each body with each obstacle in each run.
+/// The deepest contact of each body with each obstacle in each run, and the block of the first.
 #[derive(Debug, Default)]
 pub(super) struct Contacts {
-    deepest: BTreeMap<(ToolBody, Obstacle, Option<u32>), Contact>,
+    deepest: BTreeMap<(ToolBody, Obstacle, Option<u32>), (Contact, usize)>,
 }
 
 impl Contacts {
     /// Takes one in.
     pub(super) fn add(&mut self, runs: &Runs, contact: Contact) {
         let key = (contact.body, contact.obstacle, runs.of_block(contact.when.block));
-        let entry = self.deepest.entry(key).or_insert(contact);
-        if contact.depth > entry.depth {
-            *entry = contact;
+        let (deepest, first) = self.deepest.entry(key).or_insert((contact, contact.when.block));
+        *first = contact.when.block.min(*first);
+        if contact.depth > deepest.depth {
+            *deepest = contact;
         }
     }
 
-    /// In order of time.
-    pub(super) fn into_sorted(self) -> Vec<Contact> {
-        let mut contacts: Vec<Contact> = self.deepest.into_values().collect();
-        contacts.sort_by(|a, b| {
+    /// In order of time of the deepest; with each the block of the first.
+    pub(super) fn into_sorted(self) -> Vec<(Contact, usize)> {
+        let mut contacts: Vec<(Contact, usize)> = self.deepest.into_values().collect();
+        contacts.sort_by(|(a, _), (b, _)| {
             a.when.block.cmp(&b.when.block).then(a.when.share.total_cmp(&b.when.share)).then(a.body.cmp(&b.body))
         });
         contacts

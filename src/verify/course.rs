@@ -10,7 +10,7 @@ use std::f64::consts::PI;
 /// A block turns unlike its neighbours when it turns so many times as far as each of them.
 const UNLIKE: f64 = 10.0;
 /// A block leads away when both it and the next are so many times as long as what they skip, and as their neighbours.
-const AWAY: f64 = 5.0;
+const AWAY: f64 = 3.0;
 /// What is not looked at, mm: as small as rounded words.
 const LEAST_AWAY: f64 = 0.05;
 /// Blocks in a row that must be too fast for the control before that is said: its buffer bridges fewer.

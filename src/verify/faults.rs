@@ -4,10 +4,12 @@
 use super::deviation::PartDeviation;
 use super::measured::{MeasuredSample, ray_of};
 use super::motion_tree::{BlockMotion, Instant};
+use super::ray::NormalRay;
 use super::strips::Runs;
 use super::sweep::Sweep;
 use super::swept::Touch;
 use crate::part::DesignSurface;
+use rayon::prelude::*;
 
 /// Blocks between two bad places that still are one stretch.
 const GAP: usize = 3;
@@ -15,6 +17,12 @@ const GAP: usize = 3;
 const EARLIEST: usize = 24;
 /// Halvings of a grid edge towards the place where a stretch begins.
 const HALVINGS: usize = 12;
+/// Blocks that the beginning of a stretch is traced back by.
+const MOST_BACK: usize = 50;
+/// Pieces of the side of a triangle between fine rays.
+const FINE: u32 = 16;
+/// Rapids between feed moves that are looked at, each in all of the part.
+const MOST_RAPIDS: usize = 200;
 /// Share of a block within which a touch counts as its end.
 const END: f64 = 1e-3;
 
@@ -80,18 +88,79 @@ impl<M: BlockMotion> Faults<'_, M> {
             let (first, last) = (bad.first()?.0, bad.last()?.0);
             let worst =
                 bad.iter().map(|(_, sample)| *sample).reduce(|a, b| if beyond(&b) > beyond(&a) { b } else { a });
-            let begin = self.beginning(fault, allowed, first);
-            Some(Stretch { first: begin.min(first.block), last: last.block, worst: worst? })
+            let worst = worst?;
+            let begin = self.beginning(fault, allowed, first).min(first.block);
+            Some(Stretch { first: self.arrival(fault, allowed, begin, &worst), last: last.block, worst })
         };
         bad.chunk_by(one).filter_map(stretch).collect()
     }
 
-    /// The moment to blame for a touch: what is left where a block ends is left by the next one, which goes away.
+    /// Single rapids between feed moves during all of which the tool is within `near` mm of the part: cuts in a hurry.
+    pub(super) fn grazing_rapids(&self, motion: &M, near: f64) -> Vec<usize> {
+        let rays: Vec<NormalRay> = self.part.samples.iter().map(|sample| ray_of(&sample.sample)).collect();
+        let touches = |block: usize, share: f64| {
+            let touch = |ray: &NormalRay| self.sweep.rapid.at(ray, Instant { block, share });
+            rays.par_iter().any(|ray| touch(ray).is_some_and(|touch| touch.depth < near))
+        };
+        let single = |block: &usize| {
+            let feed = |block: usize| block < motion.blocks() && !motion.is_rapid(block);
+            motion.is_rapid(*block) && *block > 0 && feed(block - 1) && feed(block + 1)
+        };
+        let grazes = |block: &usize| [0.0, 0.5, 1.0].iter().all(|share| touches(*block, *share));
+        (0..motion.blocks()).filter(single).take(MOST_RAPIDS).filter(grazes).collect()
+    }
+
+    /// The block that brought the tool to where it is at fault: as long as it is when a block begins, the one before is to
+    /// blame. Looked at on a fine grid around the worst place.
+    fn arrival(&self, fault: Fault, allowed: f64, first: usize, worst: &MeasuredSample) -> usize {
+        let rays = self.fine_rays(worst);
+        let at_fault = |block: usize| {
+            let depth =
+                |ray: &NormalRay| self.sweep.feed.at(ray, Instant { block, share: 0.0 }).map(|touch| touch.depth);
+            let lowest = rays.iter().filter_map(depth).reduce(f64::min);
+            lowest.is_some_and(|lowest| fault.beyond(lowest, allowed) > 0.0)
+        };
+        let mut block = first;
+        for _ in 0..MOST_BACK {
+            let before = block.checked_sub(1).filter(|before| self.runs.of_block(*before) == self.runs.of_block(block));
+            match before.filter(|_| at_fault(block)) {
+                Some(before) => block = before,
+                None => break,
+            }
+        }
+        block
+    }
+
+    /// Rays all over the triangles about the sample of the grid that is nearest to a place.
+    fn fine_rays(&self, place: &MeasuredSample) -> Vec<NormalRay> {
+        let distance = |sample: &MeasuredSample| (sample.sample.point - place.sample.point).norm_squared();
+        let nearer = |a: &(usize, f64), b: &(usize, f64)| a.1.total_cmp(&b.1);
+        let distances = self.part.samples.iter().map(distance).enumerate();
+        let Some((nearest, _)) = distances.min_by(nearer) else { return Vec::new() };
+        let around = self.part.triangles.iter().filter(|triangle| triangle.iter().any(|v| *v as usize == nearest));
+        let mut rays = vec![ray_of(&place.sample)];
+        for triangle in around {
+            let [Some(a), Some(b), Some(c)] = triangle.map(|v| self.part.samples.get(v as usize)) else { continue };
+            let corners = [a, b, c].map(|sample| &sample.sample);
+            for i in 0..=FINE {
+                for j in 0..=FINE - i {
+                    let [u, v] = [i, j].map(|k| f64::from(k) / f64::from(FINE));
+                    rays.push(ray_of(&self.surface.between(corners, [1.0 - u - v, u, v])));
+                }
+            }
+        }
+        rays
+    }
+
+    /// The moment to blame for a touch: what is left where a block ends is left by the next one, which goes away; what is
+    /// left where a block begins, by the one before, which came from away.
     fn blamed(&self, fault: Fault, touch: &Touch) -> Instant {
         let Instant { block, share } = touch.when;
         let goes_on = self.runs.of_block(block).is_some() && self.runs.of_block(block) == self.runs.of_block(block + 1);
+        let came_on = block > 0 && self.runs.of_block(block - 1) == self.runs.of_block(block);
         match fault {
             Fault::Undercut if share > 1.0 - END && goes_on => Instant { block: block + 1, share: 0.0 },
+            Fault::Undercut if share < END && came_on => Instant { block: block - 1, share: 1.0 },
             _ => Instant { block, share },
         }
     }

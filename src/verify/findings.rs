@@ -31,8 +31,9 @@ pub(super) fn of_motion(
         let record = FindingRecord::from(finding);
         if despite_doubt && finding.leaves_doubt() { FindingRecord { severity: "warning", ..record } } else { record }
     });
-    let watched = modal(program, motion.setup()).into_iter().chain(raised(course(motion, height), fails));
-    let mut findings: Vec<FindingRecord> = read.chain(watched.map(|finding| FindingRecord::from(&finding))).collect();
+    let mut watched = modal(program, motion.setup());
+    watched.extend(course(motion, height));
+    let mut findings: Vec<FindingRecord> = read.chain(raised(watched, fails).iter().map(FindingRecord::from)).collect();
     if ProgramRecord::of(motion).cut_length_mm == 0.0 {
         findings.push(FindingRecord::new(FindingCode::NoCut, None, "the program makes no move at feed".to_owned()));
     }
@@ -67,22 +68,25 @@ pub(super) fn of_limits(limits: &[LimitViolation]) -> Vec<FindingRecord> {
     rows.collect()
 }
 
-/// The tool where it must not be. `line` is that of a block.
-pub(super) fn of_contacts(contacts: &[Contact], line: impl Fn(usize) -> usize) -> Vec<FindingRecord> {
-    let one = |contact: &Contact| {
+/// The tool where it must not be, the deepest contacts each with the block of the first. `line` is that of a block.
+pub(super) fn of_contacts(contacts: &[(Contact, usize)], line: impl Fn(usize) -> usize) -> Vec<FindingRecord> {
+    let one = |(contact, first): &(Contact, usize)| {
         let code = match contact.body {
             ToolBody::FlutesInRapid => FindingCode::RapidInPart,
             _ => FindingCode::Collision,
         };
-        let message = format!("{} {:.4} mm into the {}", contact.body.name(), contact.depth, contact.obstacle.name());
-        FindingRecord::new(code, Some(line(contact.when.block)), message)
+        let (first, deepest) = (line(*first), line(contact.when.block));
+        let at = if deepest == first { String::new() } else { format!(" on line {deepest}") };
+        let (body, depth, obstacle) = (contact.body.name(), contact.depth, contact.obstacle.name());
+        FindingRecord::new(code, Some(first), format!("{body} {depth:.4} mm into the {obstacle}{at}"))
     };
     contacts.iter().map(one).collect()
 }
 
-/// Where the part leaves its tolerance. `line` is that of a block.
+/// Where the part leaves its tolerance, and rapids that graze it at less than `near` mm. `line` is that of a block.
 pub(super) fn of_part<M: BlockMotion>(
     faults: &Faults<'_, M>,
+    (motion, near): (&M, f64),
     record: &DeviationRecord,
     line: impl Fn(usize) -> usize,
 ) -> Vec<FindingRecord> {
@@ -105,6 +109,10 @@ pub(super) fn of_part<M: BlockMotion>(
         };
         findings.extend(stretches.iter().take(LISTED).map(one));
     }
+    findings.extend(faults.grazing_rapids(motion, near).into_iter().map(|block| {
+        let message = format!("a rapid between two feed moves stays within {near:.3} mm of the part");
+        FindingRecord::new(FindingCode::RapidInPart, Some(line(block)), message)
+    }));
     findings.extend(uncut(part, record));
     findings
 }
@@ -125,6 +133,6 @@ pub(super) fn is_of_program(finding: &FindingRecord) -> bool {
 
 /// In the order of the program; what has no line, last; on one line, errors first.
 pub(super) fn sorted(mut findings: Vec<FindingRecord>) -> Vec<FindingRecord> {
-    findings.sort_by_key(|finding| (finding.line.is_none(), finding.line, !finding.is_error(), finding.id));
+    findings.sort_by_key(FindingRecord::order);
     findings
 }

@@ -17,6 +17,7 @@ use super::round_trip::round_trip;
 use super::strips::{Runs, seams};
 use super::sweep::Timeline;
 use super::swept::Window;
+use super::uncertainty::uncertainty;
 use crate::motion::ToolPath;
 use crate::nc::{Findings, Program};
 use crate::part::Part;
@@ -58,6 +59,8 @@ pub struct Settings {
     pub bound: Option<f64>,
     /// Distance from the region's edge within which nothing is claimed, mm.
     pub border: f64,
+    /// Whether the machine's tolerances are propagated to the part.
+    pub uncertainty: bool,
     /// Gives a verdict although the program holds text whose effect is not known.
     pub despite_unknown_text: bool,
 }
@@ -72,6 +75,7 @@ impl Default for Settings {
             contact: 1e-3,
             bound: None,
             border: 0.01,
+            uncertainty: false,
             despite_unknown_text: false,
         }
     }
@@ -88,6 +92,9 @@ pub struct Verified {
     pub runs: Runs,
 }
 
+/// How near to the part a rapid grazes it, as a share of the distance of neighbouring samples, between which the tool may
+/// touch.
+const GRAZING: f64 = 0.1;
 /// Height above the tip at which motions are compared where no tool is known, mm.
 const BESIDE_TIP: f64 = 50.0;
 
@@ -127,7 +134,8 @@ pub fn verify(subject: &Subject<'_>, settings: &Settings) -> Verified {
     let deviation = deviation_record(&part, subject.tolerance, settings.window, bounds);
     let faults = Faults { surface: &subject.part.surface, sweep: &sweep, part: &part, runs: &runs };
     let line = |block: usize| motion.segments().get(block).map_or(0, |segment| segment.line);
-    let mut found = findings::of_part(&faults, &deviation, line);
+    let mut found =
+        findings::of_part(&faults, (motion, subject.tolerance.undercut + GRAZING * spacing), &deviation, line);
     found.extend(findings::of_contacts(&contacts, line));
     let how = (subject.tool.flute_length(), settings.despite_unknown_text);
     let listed = list(subject.program, motion, &axes.limits, how, found);
@@ -149,9 +157,10 @@ pub fn verify(subject: &Subject<'_>, settings: &Settings) -> Verified {
             .map(|r| RoundTripRecord { tip_max_mm: r.tip_max, axis_max_deg: r.axis_max.to_degrees() }),
         axes: AxisRecord::all(&axes),
         limits: axes.limits,
-        collisions: contacts.iter().map(|c| collision(motion, c)).collect(),
+        collisions: contacts.iter().map(|(contact, _)| collision(motion, contact)).collect(),
         stock: None,
         findings: listed,
+        uncertainty: settings.uncertainty.then(|| uncertainty(motion, &part)).flatten(),
     };
     record.reasons = reasons(&record, &part, motion, settings);
     if !record.reasons.is_empty() {
@@ -248,6 +257,11 @@ fn reasons(record: &Verification, part: &PartDeviation, motion: &ToolMotion, set
         reasons.push(format!("line {}: {} {:.4} mm into the {}", c.line, c.body_a, c.depth_mm, c.body_b));
     }
     reasons.extend(limit_reason(&record.limits));
+    // What has no figure of its own above, such as a rapid that grazes the part.
+    if let Some(error) = record.findings.iter().find(|finding| finding.is_error()).filter(|_| reasons.is_empty()) {
+        let line = error.line.map_or(String::new(), |line| format!("line {line}: "));
+        reasons.push(format!("{line}{}", error.message));
+    }
     reasons
 }
 

@@ -24,6 +24,7 @@ mod stock;
 mod strips;
 mod sweep;
 mod swept;
+mod uncertainty;
 
 pub use contacts::{Contact, Obstacle, ToolBody};
 pub use deviation::PartDeviation;
@@ -32,8 +33,8 @@ pub use measured::MeasuredSample;
 pub use motion_tree::{BlockMotion, Instant};
 pub use ray::NormalRay;
 pub use record::{
-    AxisRecord, CollisionRecord, DeviationRecord, FindingRecord, MachineVerification, ProgramRecord, RoundTripRecord,
-    StockRecord, StripsRecord, ToleranceRecord, Verdict, Verification, by_letter,
+    AxisRecord, CollisionRecord, DeviationRecord, FindingRecord, MachineVerification, ParameterRecord, ProgramRecord,
+    RoundTripRecord, StockRecord, StripsRecord, ToleranceRecord, UncertaintyRecord, Verdict, Verification, by_letter,
 };
 pub use stock::{Milled, StockLimits, removal_rate};
 pub use strips::Runs;

@@ -1,7 +1,7 @@
 //! What a program leaves to chance: states of the control that it relies on and never sets. Uses `machine`, `nc` and
 //! `simulate`.
 
-use crate::machine::Setup;
+use crate::machine::{Dialect, Setup};
 use crate::nc::program::{Change, ChangeAt, LengthOffset, Move, Way};
 use crate::nc::{Finding, FindingCode, Program};
 
@@ -86,7 +86,9 @@ impl<'a> State<'a> {
             self.say(FindingCode::TcpSwitchedInCut, at, format!("TCP is switched {state} between two feed moves"));
         }
         self.cutting = true;
-        if !self.offset {
+        // Klartext programs run at the preset that the operator has chosen.
+        let preset = self.setup.machine().control.dialect == Dialect::HeidenhainTnc;
+        if !self.offset && !preset {
             self.say(FindingCode::NoWorkOffset, line, "a feed move, and no work offset has been called");
         }
         if !self.tool {

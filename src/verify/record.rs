@@ -49,6 +49,40 @@ pub struct Verification {
     pub stock: Option<StockRecord>,
     /// Everything found, in the order of the program, what has no line behind it.
     pub findings: Vec<FindingRecord>,
+    /// What errors of the machine within its tolerances would add; null where that was not asked for.
+    pub uncertainty: Option<UncertaintyRecord>,
+}
+
+/// What errors of the machine within its tolerances change on the part.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct UncertaintyRecord {
+    /// Largest change of the deviation when every number is off the worst way.
+    pub worst_case_mm: f64,
+    /// Where.
+    pub worst_case_point_mm: [f64; 3],
+    /// Largest root of the sum of the squares of the changes: errors that know nothing of each other.
+    pub rss_mm: f64,
+    /// Where.
+    pub rss_point_mm: [f64; 3],
+    /// Each number of the machine, that which changes most first.
+    pub parameters: Vec<ParameterRecord>,
+}
+
+/// What one number of the machine changes on the part when it is off by its tolerance.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ParameterRecord {
+    /// Which, in words.
+    pub name: String,
+    /// By how much it is off.
+    pub tolerance: f64,
+    /// `mm` or `deg`.
+    pub unit: &'static str,
+    /// Largest change of the deviation, either way.
+    pub change_max_mm: f64,
+    /// Where on the part, part frame.
+    pub point_mm: [f64; 3],
+    /// Line of the program that cuts there.
+    pub line: usize,
 }
 
 /// What is found of a program on its machine without a part, in the order of the file: the keys of [`Verification`], those
@@ -115,6 +149,11 @@ impl FindingRecord {
     #[must_use]
     pub fn at(self, point: Point) -> Self {
         Self { point_mm: Some(point.into()), ..self }
+    }
+
+    /// What findings are sorted by: the program's lines, those without a line last; on one line, errors first.
+    pub(super) fn order(&self) -> impl Ord + use<> {
+        (self.line.is_none(), self.line, !self.is_error(), self.id)
     }
 
     /// Whether it keeps the program from passing.
@@ -315,6 +354,17 @@ pub fn by_letter<S: Serializer>(axes: &[(char, AxisRecord)], serializer: S) -> R
 }
 
 impl Verification {
+    /// Adds a finding in its place; an error fails the program.
+    pub fn add(&mut self, finding: FindingRecord) {
+        if finding.is_error() {
+            self.verdict = Verdict::Fail;
+            let line = finding.line.map_or(String::new(), |line| format!("line {line}: "));
+            self.reasons.push(format!("{line}{}", finding.message));
+        }
+        self.findings.push(finding);
+        self.findings.sort_by_key(FindingRecord::order);
+    }
+
     /// The text of `verify.json`, ending in a line break.
     pub fn to_json(&self) -> Result<String, serde_json::Error> {
         serde_json::to_string_pretty(self).map(|text| text + "\n")

@@ -74,7 +74,7 @@ pub(super) fn runs(motion: &Blocks) -> Runs {
     Runs::of(&motion.rapid)
 }
 
-pub(super) fn pose(tip: [f64; 3], axis: [f64; 3]) -> Pose {
+pub(in crate::verify) fn pose(tip: [f64; 3], axis: [f64; 3]) -> Pose {
     Pose { tip: Point::from(tip), axis: Direction::new_normalize(Vector::from(axis)) }
 }
 

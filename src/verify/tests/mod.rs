@@ -2,7 +2,7 @@
 
 mod bound;
 mod closed_forms;
-mod fixtures;
+pub(super) mod fixtures;
 mod program;
 mod region;
 mod search;

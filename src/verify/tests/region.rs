@@ -194,7 +194,7 @@ fn contacts(tool: &Tool, motion: &Blocks, surface: &DesignSurface, check: Option
     for contact in crossings(motion, tool, &part, ALLOWED) {
         found.add(&runs, contact);
     }
-    found.into_sorted()
+    found.into_sorted().into_iter().map(|(contact, _)| contact).collect()
 }
 
 const ALLOWED: Allowed = Allowed { contact: 1e-3, overcut: 5e-3, spacing: 0.7 };
