@@ -38,6 +38,8 @@ pub(super) enum Fault {
 /// Blocks that follow each other and are at fault.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Stretch {
+    /// The one to blame first.
+    pub(super) begin: usize,
     /// The first of them.
     pub(super) first: usize,
     /// The last.
@@ -89,8 +91,13 @@ impl<M: BlockMotion> Faults<'_, M> {
             let worst =
                 bad.iter().map(|(_, sample)| *sample).reduce(|a, b| if beyond(&b) > beyond(&a) { b } else { a });
             let worst = worst?;
-            let begin = self.beginning(fault, allowed, first).min(first.block);
-            Some(Stretch { first: self.arrival(fault, allowed, begin, &worst), last: last.block, worst })
+            // What is left ahead of the tool is nearest to it long before it goes away: there the worst place tells.
+            let begin = match fault {
+                Fault::Overcut => self.beginning(fault, allowed, first).min(first.block),
+                Fault::Undercut => worst.touch.map_or(first.block, |touch| self.blamed(fault, &touch).block),
+            };
+            let begin = self.arrival(fault, allowed, begin, &worst);
+            Some(Stretch { begin, first: first.block.min(begin), last: last.block, worst })
         };
         bad.chunk_by(one).filter_map(stretch).collect()
     }

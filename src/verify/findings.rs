@@ -99,13 +99,14 @@ pub(super) fn of_part<M: BlockMotion>(
         let stretches = faults.stretches(fault, allowed + ROUNDING);
         let one = |stretch: &Stretch| {
             let value = stretch.worst.deviation().map_or(0.0, f64::abs);
-            let (first, last) = (line(stretch.first), line(stretch.last));
+            let (begin, first, last) = (line(stretch.begin), line(stretch.first), line(stretch.last));
             let worst = stretch.worst.touch.map_or(first, |touch| line(touch.when.block));
             let least = if value >= record.window_mm { "at least " } else { "" };
             let message = format!(
                 "{what} of {least}{value:.4} mm on line {worst}, lines {first} to {last}; {allowed} mm are allowed"
             );
-            FindingRecord::new(code, Some(first), message).at(stretch.worst.sample.point)
+            let found = FindingRecord::new(code, Some(begin), message).at(stretch.worst.sample.point);
+            FindingRecord { lines: Some((first, last)), ..found }
         };
         findings.extend(stretches.iter().take(LISTED).map(one));
     }
@@ -129,6 +130,25 @@ pub(super) fn is_of_program(finding: &FindingRecord) -> bool {
     let rule = FindingCode::find(finding.id).map(FindingCode::rule);
     let elsewhere = ["R5", "R7", "R8"].iter().any(|group| finding.id.starts_with(group));
     rule.is_some_and(|rule| rule.weight == Weight::Fault) && !elsewhere
+}
+
+/// Material left over is told at the line of what explains it, where that lies in its stretch.
+pub(super) fn explained(mut findings: Vec<FindingRecord>) -> Vec<FindingRecord> {
+    let explains = [
+        FindingCode::WildMove,
+        FindingCode::TcpSwitchedInCut,
+        FindingCode::CutWithoutTcp,
+        FindingCode::LengthOff,
+        FindingCode::Overcut,
+    ];
+    let causes = findings.iter().filter(|finding| finding.is_error() && explains.iter().any(|c| c.id() == finding.id));
+    let lines: Vec<usize> = causes.filter_map(|finding| finding.line).collect();
+    for finding in findings.iter_mut().filter(|finding| finding.id == FindingCode::Undercut.id()) {
+        let Some((first, last)) = finding.lines else { continue };
+        let cause = lines.iter().filter(|line| (first..=last + 1).contains(*line)).min();
+        finding.line = cause.copied().or(finding.line);
+    }
+    findings
 }
 
 /// In the order of the program; what has no line, last; on one line, errors first.

@@ -220,7 +220,7 @@ fn list(
     found.extend(findings::of_limits(limits));
     let fails = found.iter().any(FindingRecord::is_error);
     found.extend(findings::of_motion(program, motion, height, fails, despite));
-    findings::sorted(found)
+    findings::sorted(findings::explained(found))
 }
 
 /// Judges a program by what the machine makes of it, without a part: text and state of the control, the course of the

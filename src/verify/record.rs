@@ -136,6 +136,9 @@ pub struct FindingRecord {
     /// Bytes of the program that are meant, where there are any.
     #[serde(skip)]
     pub span: Option<Range<usize>>,
+    /// First and last line of a stretch of the program, where it is about one.
+    #[serde(skip)]
+    pub lines: Option<(usize, usize)>,
 }
 
 impl FindingRecord {
@@ -173,6 +176,7 @@ impl From<&Finding> for FindingRecord {
             help: finding.help.clone(),
             point_mm: None,
             span: finding.span.clone(),
+            lines: None,
         }
     }
 }

@@ -29,7 +29,7 @@ fn what_is_no_program_gets_no_verdict() {
     refused(&shop, [0x7f, b'E', b'L', b'F', 0, 1, 2, 0xff, b'\n', 0xfe], "no verdict", "p.ngc:1");
     refused(&shop, "X1 ".repeat(200_000), "no verdict", "p.ngc:1");
     refused(&shop, good.replacen("G61\n", "G61\n(side (lower))\n", 1), "a comment inside a comment", "p.ngc:");
-    refused(&shop, good.replacen("G61\n", "G61\nO100 call\n", 1), "program flow, which is not followed", "p.ngc:");
+    refused(&shop, good.replacen("G61\n", "G61\nO<side> call\n", 1), "program flow, which is not followed", "p.ngc:");
     refused(&shop, good.replacen("G61\n", "G61\nM98 P100\n", 1), "M98", "p.ngc:");
     refused(&shop, good.replacen(" A", " B", 3), "the machine has no axis B; it has XYZAC", "p.ngc:");
 }

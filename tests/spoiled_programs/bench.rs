@@ -11,7 +11,7 @@ use std::sync::OnceLock;
 const PART: &[u8] = include_bytes!("../../samples/exact-cone/surface.json");
 const JOB: &str = include_str!("../../samples/exact-cone/job.toml");
 /// Distance of neighbouring samples: between them the deviation is refined, mm.
-const SPACING: f64 = 1.0;
+const SPACING: f64 = 0.5;
 
 /// A program and everything that it is judged by.
 pub(crate) struct Case {
