@@ -155,9 +155,17 @@ fn machines() -> Vec<Machine> {
     made.collect()
 }
 
-/// Reads and follows a text on a machine.
+/// Reads and follows a text on a machine; twice where it took long, since the computer may have slept.
 fn follow(machine: &Machine, text: &[u8]) {
-    let start = Instant::now();
+    let slow = || {
+        let start = Instant::now();
+        follow_once(machine, text);
+        start.elapsed() >= HANG
+    };
+    assert!(!(slow() && slow()), "hangs for {:?}", String::from_utf8_lossy(text));
+}
+
+fn follow_once(machine: &Machine, text: &[u8]) {
     let setup = Setup::at(machine, [1.0, 2.0, 3.0], 100.0).unwrap();
     let motion = simulate(&read(text, &Rules::of(machine)), &setup, Some(1.into()));
     for segment in motion.segments() {
@@ -172,7 +180,6 @@ fn follow(machine: &Machine, text: &[u8]) {
         assert!(shown.contains(finding.code.id()), "{shown}");
     }
     let _report = motion.axis_report();
-    assert!(start.elapsed() < HANG, "{:?} for {:?}", start.elapsed(), String::from_utf8_lossy(text));
 }
 
 #[test]
