@@ -18,6 +18,10 @@ use rayon::prelude::*;
 
 /// Strips tried when the number is free.
 const MOST_STRIPS: usize = 80;
+/// Numbers of strips tried at most before one keeps the tolerance.
+const TRIES: usize = 6;
+/// Share of the error before below which more strips count as a help.
+const HELPED: f64 = 0.9;
 /// Least overlap of strips over each other and over the surface's borders, mm, and as a share of a short flank.
 const OVERLAP: f64 = 0.25;
 const OVERLAP_SHARE: f64 = 0.05;
@@ -77,11 +81,13 @@ impl<'a> Planner<'a> {
         self.fewest()
     }
 
-    /// The fewest strips within tolerance: from the predicted number down while it holds, or up until it does.
+    /// The fewest strips within tolerance: from the predicted number down while it holds, or up until it does. Where more
+    /// strips no longer help, or after a few tries, the best so far stands, and its verdict says what it misses.
     fn fewest(&self) -> Result<Vec<FittedStrip>> {
         let mut count = self.predicted.min(MOST_STRIPS);
         let mut enough: Option<Vec<FittedStrip>> = None;
-        let mut failed = 0;
+        let mut best: Option<(f64, Vec<FittedStrip>)> = None;
+        let (mut failed, mut tries) = (0, 1);
         loop {
             let found = self.even(count);
             let strain = found.as_ref().map_or(4.0, |strips| self.strain(strips));
@@ -91,16 +97,26 @@ impl<'a> Planner<'a> {
                 }
                 enough = found.ok();
                 count -= 1;
-            } else if let Some(strips) = enough {
-                return Ok(strips);
-            } else {
-                // The error falls with the square of the width, or faster.
-                let next = (count + 1).max((count as f64 * strain.sqrt().min(2.0) * 0.8).floor() as usize);
-                if next > MOST_STRIPS || self.request.observer.stopped() {
-                    return found;
-                }
-                (count, failed) = (next, count);
+                continue;
             }
+            if let Some(strips) = enough {
+                return Ok(strips);
+            }
+            // The error falls with the square of the width, or faster, as long as width is what limits it.
+            let next = (count + 1).max((count as f64 * strain.sqrt().min(2.0) * 0.8).floor() as usize);
+            let helped = found.is_err() || best.as_ref().is_none_or(|(least, _)| strain < HELPED * least);
+            let last = !helped || tries >= TRIES || next > MOST_STRIPS || self.request.observer.stopped();
+            match (found, best) {
+                (Ok(strips), before) if before.as_ref().is_none_or(|(least, _)| strain < *least) => {
+                    best = Some((strain, strips));
+                }
+                (Err(error), None) if last => return Err(error),
+                (_, before) => best = before,
+            }
+            if last && let Some((_, strips)) = best {
+                return Ok(strips);
+            }
+            (count, failed, tries) = (next, count, tries + 1);
         }
     }
 

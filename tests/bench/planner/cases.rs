@@ -104,7 +104,7 @@ pub(crate) fn all() -> Vec<Case> {
         Case {
             direction: Some(GEAR),
             strips: Some(5),
-            ..case("s1 middle 0.70, given, 5 strips", Surface::Middle(S1.0, S1.1, 0.70), small(1.717), 4e-3)
+            ..case("s1 middle 0.64, given, 5 strips", Surface::Middle(S1.0, S1.1, 0.64), small(1.717), 4e-3)
         },
         case("s1b, free", file(S1B), small(1.717), 2.6e-3),
         case("s2, free", file(S2), small(2.46), 3e-4),
