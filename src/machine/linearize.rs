@@ -80,10 +80,9 @@ pub fn linearize(path: &ToolPath, setup: &Setup, tcp: bool, options: &LinearizeO
             Cutter { path, courses: &courses, setup, tcp, options, pole_radius, course, stretch, allowance }.blocks()
         })
         .collect();
-    let start = &path.passes[first.pass];
-    let pose = start.motion.pose(first.t).ok_or_else(|| Diagnostic::error("the tool path starts without a pose"))?;
-    let to = rounded(setup, &setup.with_rotary(&pose.tip, first.rotary), tcp);
-    let mut moves = vec![AxisMove { to, pose: setup.forward(&to), kind: start.kind, pass: first.pass, asked: None }];
+    let to = rounded(setup, &AxisPosition { linear: first.linear, rotary: first.rotary }, tcp);
+    let kind = path.passes[first.pass].kind;
+    let mut moves = vec![AxisMove { to, pose: setup.forward(&to), kind, pass: first.pass, asked: None }];
     let mut deviation: f64 = 0.0;
     for part in solved {
         let (blocks, worst) = part?;
@@ -102,11 +101,8 @@ pub fn linearize(path: &ToolPath, setup: &Setup, tcp: bool, options: &LinearizeO
 pub fn axis_positions(path: &ToolPath, setup: &Setup) -> Result<(Vec<AxisPosition>, Choice)> {
     let courses = Courses::new(path, setup);
     let track = track(path, &courses, setup, slack(path))?;
-    let position = |stop: &Stop| {
-        let pose = courses.get(stop.pass).and_then(|course| course.pose(stop.t))?;
-        Some(setup.with_rotary(&pose.tip, stop.rotary))
-    };
-    Ok((track.stops.iter().filter_map(position).collect(), track.choice))
+    let position = |stop: &Stop| AxisPosition { linear: stop.linear, rotary: stop.rotary };
+    Ok((track.stops.iter().map(position).collect(), track.choice))
 }
 
 /// How near to the pole the axis may be held in it, and by how much a rotary axis that stands still may miss a direction,

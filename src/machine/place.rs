@@ -11,6 +11,8 @@ pub(super) struct Stop {
     pub(super) pass: usize,
     pub(super) t: f64,
     pub(super) rotary: [f64; 2],
+    /// Where the linear axes then stand, mm.
+    pub(super) linear: [f64; 3],
     /// The tool leaves the part between the stop before and this one, which are at one place.
     pub(super) rewound: bool,
 }

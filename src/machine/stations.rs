@@ -5,7 +5,7 @@ use super::course::{CoursedPass, Courses};
 use super::place::whereabouts;
 use super::setup::{InverseSolutions, Setup, Unreachable, unwind};
 use crate::diagnostic::{Diagnostic, Result};
-use crate::motion::{PassKind, PassMotion, Pose, ToolPath};
+use crate::motion::{Pass, PassKind, PassMotion, Pose, ToolPath};
 
 /// Largest turn of the tool axis between neighbouring stations, radians.
 const AXIS_STEP: f64 = 0.035;
@@ -55,7 +55,8 @@ pub(super) struct Surveyor<'a> {
 impl Surveyor<'_> {
     /// The stations of the whole path. A pass begins with the last station of the pass before.
     pub(super) fn survey(&self) -> Result<Vec<Station>> {
-        let mut stations: Vec<Station> = Vec::new();
+        let poses = |pass: &Pass| pass.motion.breaks().len();
+        let mut stations: Vec<Station> = Vec::with_capacity(self.path.passes.iter().map(poses).sum());
         for (index, pass) in (0..).map_while(|index| Some((index, self.courses.get(index)?))) {
             let parameters = marks(pass);
             let Some(start) = parameters.first() else { continue };

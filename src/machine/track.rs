@@ -128,9 +128,11 @@ impl<'a> Chooser<'a> {
 
     /// Appends the stops of a leg. Where the tool leaves a pole, the free axis turns in place where it is nearest to it.
     fn walk(&self, leg: &Leg, state: &State, next: Option<&State>, stops: &mut Vec<Stop>) {
-        let mut stop = |index: usize, rotary: [f64; 2], rewound: bool| {
+        // `solved` is where the linear axes stand if the rotary ones stand as the branch has them.
+        let mut stop = |index: usize, rotary: [f64; 2], solved: Option<[f64; 3]>, rewound: bool| {
             let station = &self.scene.stations[index];
-            stops.push(Stop { pass: station.pass, t: station.t, rotary, rewound });
+            let linear = solved.unwrap_or_else(|| self.scene.setup.with_rotary(&station.pose.tip, rotary).linear);
+            stops.push(Stop { pass: station.pass, t: station.t, rotary, linear, rewound });
         };
         let mut rotary = state.enter;
         if leg.branches.is_none() {
@@ -142,20 +144,22 @@ impl<'a> Chooser<'a> {
                 rotary = std::array::from_fn(|k| {
                     if k == self.scene.free_axis { rotary[k] } else { unwind(wanted[k], rotary[k]) }
                 });
-                stop(index, self.scene.held(rotary), false);
+                stop(index, self.scene.held(rotary), None, false);
                 let turned = next.filter(|_| index == nearest).map(|next| next.enter[self.scene.free_axis]);
                 if let Some(angle) = turned.filter(|angle| (angle - rotary[self.scene.free_axis]).abs() >= CARRIED) {
                     rotary[self.scene.free_axis] = angle;
-                    stop(index, self.scene.held(rotary), false);
+                    stop(index, self.scene.held(rotary), None, false);
                 }
             }
             return;
         }
+        let stands = [0, 1].map(|k| self.scene.stands(leg, k));
         for index in leg.first..=leg.last {
-            let wanted = self.scene.stations[index].solutions.branches[state.branch & 1].rotary;
-            rotary = std::array::from_fn(|k| unwind(wanted[k], rotary[k]));
-            let held = std::array::from_fn(|k| if self.scene.stands(leg, k) { state.enter[k] } else { rotary[k] });
-            stop(index, held, state.rewound && index == leg.first);
+            let wanted = &self.scene.stations[index].solutions.branches[state.branch & 1];
+            rotary = std::array::from_fn(|k| unwind(wanted.rotary[k], rotary[k]));
+            let held = std::array::from_fn(|k| if stands[k] { state.enter[k] } else { rotary[k] });
+            let solved = (stands == [false; 2]).then_some(wanted.linear);
+            stop(index, held, solved, state.rewound && index == leg.first);
         }
     }
 
