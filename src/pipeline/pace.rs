@@ -43,7 +43,8 @@ pub struct Passage {
     pub length_mm: f64,
     /// Way over duration.
     pub mean_feed: f64,
-    /// Its usual feed: half of the way is made at this feed or faster.
+    /// Its usual feed: of the way on which no axis is near a limit, half is made at this feed or faster. Links as fast as
+    /// the axes can do not count.
     pub usual_feed: f64,
     /// The axis nearest to its limit anywhere in it.
     pub busiest: Load,
@@ -106,7 +107,12 @@ impl Pace {
             let moved = lengths[index] > STILL && run[index].programmed > 0.0;
             moved.then(|| 60.0 * lengths[index] / run[index].programmed)
         };
-        let usual_feed = usual((0..run.len()).filter_map(|index| Some((feed(index)?, lengths[index]))).collect());
+        let feeds = |wanted: &dyn Fn(usize) -> bool| -> Vec<(f64, f64)> {
+            let indices = (0..run.len()).filter(|index| wanted(*index));
+            indices.filter_map(|index| Some((feed(index)?, lengths[index]))).collect()
+        };
+        let free = feeds(&|index| loads[index].share < BUSY);
+        let usual_feed = usual(if free.is_empty() { feeds(&|_| true) } else { free });
         // The stretch that the block before belongs to.
         let mut open: Option<(usize, SlowStretch)> = None;
         for (index, segment) in run.iter().enumerate() {
@@ -300,5 +306,13 @@ mod tests {
             machine.linear[0].jerk = Some(1000.0);
         });
         assert_eq!((jerked.slowest[0].busiest.axis, jerked.slowest[0].busiest.kind), (Some('X'), "jerk"), "{jerked:?}");
+    }
+
+    #[test]
+    fn links_as_fast_as_the_axes_can_are_not_usual() {
+        // 20 mm at 600 mm/min, 400 mm at the top speed of X, 20 mm more.
+        let pace = pace_of("G1 X20 F600\nX420 F30000\nX440 F600\n");
+        assert!((pace.passages[0].usual_feed - 600.0).abs() < 1e-6, "{pace:?}");
+        assert!(pace.slowest.is_empty(), "{pace:?}");
     }
 }
