@@ -15,6 +15,8 @@ const STILL: f64 = 1e-6;
 const PROGRAMMED: &str = "programmed";
 /// What holds a block back that is as short as the control takes them.
 const BLOCK_RATE: &str = "block-rate";
+/// Kind of a limit: how fast an axis may be.
+const SPEED: &str = "speed";
 
 /// Where the time goes. Times s, feeds mm/min of the tip in the part frame.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -43,8 +45,8 @@ pub struct Passage {
     pub length_mm: f64,
     /// Way over duration.
     pub mean_feed: f64,
-    /// Its usual feed: of the way on which no axis is near a limit, half is made at this feed or faster. Links as fast as
-    /// the axes can do not count.
+    /// Its usual feed: of the way on which no axis is near its top speed, half is made at this feed or faster. Links as
+    /// fast as the axes can do not count.
     pub usual_feed: f64,
     /// The axis nearest to its limit anywhere in it.
     pub busiest: Load,
@@ -111,7 +113,7 @@ impl Pace {
             let indices = (0..run.len()).filter(|index| wanted(*index));
             indices.filter_map(|index| Some((feed(index)?, lengths[index]))).collect()
         };
-        let free = feeds(&|index| loads[index].share < BUSY);
+        let free = feeds(&|index| loads[index].kind != SPEED || loads[index].share < BUSY);
         let usual_feed = usual(if free.is_empty() { feeds(&|_| true) } else { free });
         // The stretch that the block before belongs to.
         let mut open: Option<(usize, SlowStretch)> = None;
@@ -227,7 +229,7 @@ fn loads(motion: &ToolMotion, run: &[Segment]) -> Vec<Load> {
             let span = before.map_or(0.0, seconds) + seconds(index) + seconds(index + 1);
             let jerk = if inside { over(3.0 * (at_end - at_start), span) } else { 0.0 };
             let values = [rate(index, axis).abs(), at_start.abs().max(at_end.abs()), jerk.abs()];
-            for ((kind, value), limits) in ["speed", "acceleration", "jerk"].into_iter().zip(values).zip(limits) {
+            for ((kind, value), limits) in [SPEED, "acceleration", "jerk"].into_iter().zip(values).zip(limits) {
                 if value / limits[axis] > load.share {
                     load = Load { axis: Some(letter), kind, share: value / limits[axis], line };
                 }
