@@ -15,13 +15,13 @@ pub(super) struct Arguments {
     /// Name of a machine that comes along, or path of a machine file
     #[arg(long, value_name = "M.toml")]
     machine: String,
-    /// The job with its [stock]: box, cylinder, or file of a closed mesh
+    /// The job with its `[stock]` table: box, cylinder, or file of a closed mesh
     #[arg(long, value_name = "JOB.toml")]
     job: PathBuf,
     /// The tool, from a file as `run` writes it, in place of the job's
     #[arg(long, value_name = "T.toml")]
     tool: Option<PathBuf>,
-    /// Write what is left here, a closed mesh; the next job's [stock] can name it
+    /// Write what is left here, a closed mesh; the `[stock]` of the next job can name it
     #[arg(long, value_name = "OUT.stl")]
     stl: Option<PathBuf>,
     /// Write figures, findings, and every move's removal and engagement here

@@ -55,7 +55,7 @@ pub(super) struct Arguments {
     /// Prove upper bounds of overcut and undercut between the samples, too; takes several times as long
     #[arg(long, requires = "job")]
     bounds: bool,
-    /// Say what the machine's own tolerances, [tolerances] of the machine file, change on the part
+    /// Say what the machine's own tolerances, `[tolerances]` of the machine file, change on the part
     #[arg(long, requires = "job")]
     uncertainty: bool,
     /// Write the report here, as `run` does

@@ -3,8 +3,8 @@
 //!
 //! The material is kept as pieces of lines in all three directions of the part frame (tri-dexels; van Hook, Real-time
 //! shaded NC milling display, 1986; Benouamer and Michelucci, 1997). Nothing is stamped pose by pose: of each line a block
-//! takes the exact extent of the moving tool, in closed form where the tool is shifted ([`straight`]), and where it also
-//! turns from the moments at which its envelope passes ([`turning`]). Between lines nothing is known; on them everything
+//! takes the exact extent of the moving tool, in closed form where the tool is shifted (`straight`), and where it also
+//! turns from the moments at which its envelope passes (`turning`). Between lines nothing is known; on them everything
 //! to a micrometre.
 
 mod blank;
