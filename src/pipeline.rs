@@ -10,6 +10,7 @@ mod inspect;
 mod inspect_path;
 mod pace;
 mod page;
+mod posted;
 mod reach;
 mod recover;
 mod retarget;
@@ -30,6 +31,7 @@ pub use inspect::{
 pub use inspect_path::{OperationSummary, PathSummary, inspect_path};
 pub use pace::{Load, Pace, Passage, SlowStretch};
 pub use page::page;
+pub use posted::{PostRecord, RotaryChoice};
 pub use retarget::{Recovered, RetargetGoal, RetargetRequest, Retargeted, recover, retarget};
 pub use stages::{Judged, Judging, PostRequest, Posted, judge, mill_program, plan, plan_observed, post, post_job};
 pub use stock::{StockReport, stock_report};

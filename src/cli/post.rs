@@ -6,7 +6,7 @@ use super::inputs::machine_file;
 use super::{Outcome, Refusal, Terminal, summary};
 use crate::diagnostic::Diagnostic;
 use crate::motion::apt::Assumptions;
-use crate::pipeline::{PostRequest, Reading, hash, post, read_path};
+use crate::pipeline::{PostRecord, PostRequest, Reading, hash, post, read_path, to_json};
 use clap::Args;
 use std::path::{Path, PathBuf};
 
@@ -20,6 +20,9 @@ pub(super) struct Arguments {
     /// Write the program here
     #[arg(long, value_name = "P.nc")]
     out: PathBuf,
+    /// Write the program's figures here, too
+    #[arg(long, value_name = "J.json")]
+    json: Option<PathBuf>,
     /// Work offset that the program calls; the machine file's first when left out
     #[arg(long, value_name = "CODE")]
     work_offset: Option<String>,
@@ -99,6 +102,9 @@ pub(super) fn run(arguments: &Arguments, terminal: &mut Terminal) -> Result<Outc
     })?;
     let mut outputs = Outputs::default();
     outputs.add(arguments.out.clone(), posted.text.as_str());
+    if let Some(json) = &arguments.json {
+        outputs.add(json.clone(), to_json(&PostRecord::of(&posted))?);
+    }
     outputs.write()?;
     complain_briefly(&warnings, terminal);
     terminal.print(&summary::of_program(&posted));

@@ -6,7 +6,9 @@ use super::inputs::machine_file;
 use super::{Outcome, Refusal, Terminal, summary};
 use crate::diagnostic::Diagnostic;
 use crate::motion::{apt, cl};
-use crate::pipeline::{InputFile, Recovered, RetargetGoal, RetargetRequest, Source, hash, is_apt, recover, retarget};
+use crate::pipeline::{
+    InputFile, PostRecord, Recovered, RetargetGoal, RetargetRequest, Source, hash, is_apt, recover, retarget, to_json,
+};
 use clap::Args;
 use std::path::{Path, PathBuf};
 
@@ -23,6 +25,9 @@ pub(super) struct Arguments {
     /// Write the new program here, or the tool path: .cl, or APT as .apt, .cls, .clsf, .as
     #[arg(long, value_name = "B.nc")]
     out: PathBuf,
+    /// Write the new program's figures here, too
+    #[arg(long, value_name = "J.json", requires = "to")]
+    json: Option<PathBuf>,
     /// Work offset that the part stands at on the first machine; its machine file's first when left out
     #[arg(long, value_name = "CODE")]
     work_offset: Option<String>,
@@ -93,6 +98,9 @@ pub(super) fn run(arguments: &Arguments, terminal: &mut Terminal) -> Result<Outc
     let retargeted = retarget(&request, &recovered, &goal)?;
     let mut outputs = Outputs::default();
     outputs.add(arguments.out.clone(), retargeted.posted.text.as_str());
+    if let Some(json) = &arguments.json {
+        outputs.add(json.clone(), to_json(&PostRecord::of(&retargeted.posted))?);
+    }
     outputs.write()?;
     complain_briefly(&retargeted.warnings, terminal);
     let difference = &retargeted.difference;

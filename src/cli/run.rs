@@ -13,7 +13,7 @@ use std::path::PathBuf;
 pub(super) struct Arguments {
     /// The job file
     job: PathBuf,
-    /// Write path.cl, the program, plan.json, verify.json, report.html and a found tool's files here
+    /// Write path.cl, the program, plan.json, post.json, verify.json, report.html and a found tool's files here
     #[arg(long, value_name = "DIR", default_value = "out")]
     out: PathBuf,
 }
@@ -39,6 +39,7 @@ pub(super) fn run(arguments: &Arguments, terminal: &mut Terminal) -> Result<Outc
     outputs.add(arguments.out.join("path.cl"), cl::write(&plan.path)?);
     outputs.add(arguments.out.join(&program), posted.text.as_str());
     outputs.add(arguments.out.join("plan.json"), to_json(&pipeline::explain(&inputs, &plan))?);
+    outputs.add(arguments.out.join("post.json"), to_json(&pipeline::PostRecord::of(&posted))?);
     outputs.add(arguments.out.join("verify.json"), to_json(record)?);
     outputs.add(arguments.out.join("report.html"), page);
     outputs.write()?;

@@ -2,6 +2,7 @@
 
 use crate::feed::{AxisLimit, Limiter};
 use crate::job::fact_lines;
+use crate::machine::Choice;
 use crate::pipeline::Posted;
 use crate::plan::meridian::{FoundTool, Seed};
 use crate::plan::{Plan, RajainFigures, StripReport};
@@ -124,9 +125,13 @@ pub(super) fn of_program(posted: &Posted) -> String {
         "program     {} moves, flank within {:.5} mm of the tool path between blocks\n",
         posted.moves, posted.linearization
     );
-    if posted.rewinds > 0 {
-        let _ =
-            writeln!(text, "  rewinds {}: there the tool leaves the part while rotary axes turn back", posted.rewinds);
+    let Choice { seconds, least, rewinds } = posted.choice;
+    let _ = writeln!(
+        text,
+        "  rotary choice: {seconds:.2} s of ways at the axes' top speeds, no choice can need less than {least:.2} s (proved)"
+    );
+    if rewinds > 0 {
+        let _ = writeln!(text, "  rewinds {rewinds}: there the tool leaves the part while rotary axes turn back");
     }
     let _ = writeln!(text, "feed        {:.1} s", posted.duration);
     for loss in posted.losses.iter().take(LOSSES) {

@@ -28,6 +28,7 @@ pub(super) struct Stock {
     pub(super) cylinder: Option<StockCylinder>,
     pub(super) file: Option<String>,
     pub(super) cell: Option<f64>,
+    pub(super) rubbing: Option<f64>,
     pub(super) feed_limit: Option<f64>,
     pub(super) removal_limit: Option<f64>,
     pub(super) engagement_limit_deg: Option<f64>,

@@ -6,8 +6,11 @@ use crate::geometry::{Direction, Point};
 use crate::stock::Blank;
 use crate::verify::StockLimits;
 
-/// Material that is no thicker than this is none, mm.
+/// Material that is no thicker than this is none to a move at a feed, mm.
 const CONTACT: f64 = 1e-3;
+/// How deep a rapid, the shank or the holder may rub when the job does not say, mm: what rounded words, cells and the
+/// facets of a stock's mesh leave of a surface that the tool follows.
+const RUBBING: f64 = 0.01;
 
 /// The material before the program.
 #[derive(Clone, Debug)]
@@ -41,10 +44,14 @@ pub(super) fn stock(checks: &mut Checks<'_>, raw: raw::Stock) -> Option<StockSpe
             checks.within(&format!("stock.{key}"), value, limit);
         }
     }
+    if let Some(rubbing) = raw.rubbing {
+        checks.within("stock.rubbing", rubbing, &limits::TOLERANCE);
+    }
     let limits = StockLimits {
         feed: raw.feed_limit,
         removal: raw.removal_limit,
         engagement_deg: raw.engagement_limit_deg,
+        rubbing: raw.rubbing.unwrap_or(RUBBING),
         contact: CONTACT,
     };
     let blank = match (raw.cuboid, raw.cylinder, raw.file) {

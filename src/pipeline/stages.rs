@@ -7,7 +7,7 @@ use super::{InputFile, Inputs};
 use crate::diagnostic::{Diagnostic, Result};
 use crate::feed::{Loss, Schedule, excesses};
 use crate::job::ToolSpec;
-use crate::machine::{LinearizeOptions, Machine, Setup, linearize};
+use crate::machine::{Choice, LinearizeOptions, Machine, Setup, linearize};
 use crate::motion::ToolPath;
 use crate::nc::{self, Program, Rules, WriteRequest, write};
 use crate::plan::meridian::{ToolRequest, ToolWish, find_tool, plan_found};
@@ -42,8 +42,8 @@ pub struct Posted {
     pub moves: usize,
     /// Largest distance of the flank from the tool path between blocks, rounding included, mm.
     pub linearization: f64,
-    /// How often the tool leaves the part to turn rotary axes back.
-    pub rewinds: usize,
+    /// What the choice of rotary branches and turns costs, and what none can be below.
+    pub choice: Choice,
     /// Lines whose feed a ceiling of the control lowers.
     pub slowed: Vec<usize>,
     /// Seconds that the moves take as written.
@@ -154,7 +154,7 @@ pub fn post(request: &PostRequest<'_>) -> Result<Posted> {
         extension: machine.control.dialect.extension(),
         moves: schedule.moves().len(),
         linearization: linearized.deviation,
-        rewinds: linearized.choice.rewinds,
+        choice: linearized.choice,
         slowed,
         duration: schedule.total(),
         losses: schedule.losses(),

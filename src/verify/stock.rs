@@ -18,7 +18,9 @@ pub struct StockLimits {
     pub removal: Option<f64>,
     /// Widest engagement of the flutes, degrees.
     pub engagement_deg: Option<f64>,
-    /// Material thinner than this is none, mm.
+    /// How deep a rapid, the shank or the holder may be in material, mm: rubbing, as rounding and springing back leave it.
+    pub rubbing: f64,
+    /// Material thinner than this is none to a move at a feed, mm.
     pub contact: f64,
 }
 
@@ -106,12 +108,13 @@ fn record(stock: &Stock, moves: &Moves, cut: &Cut, volume: f64, limits: &StockLi
     }
 }
 
-/// Rows of blocks that do what they must not, each by its first line, with the worst of the row.
+/// Moves in which blocks do what they must not, each by the first line that does, with the worst of the move.
 fn findings(blocks: &[Block], cut: &Cut, limits: &StockLimits) -> Vec<FindingRecord> {
     let in_material = |r: &Removal| r.depth > limits.contact;
+    let moves = moves(blocks);
     let of_blocks = |value: &dyn Fn(&Block, &Removal) -> f64, limit: f64| {
         let values = blocks.iter().zip(&cut.removals).map(|(b, r)| value(b, r));
-        rows(values.enumerate().filter(|(_, value)| *value > limit))
+        rows(&moves, values.enumerate().filter(|(_, value)| *value > limit))
     };
     let line = |block: usize| blocks.get(block).map_or(0, |block| block.line);
     let mut found = Vec::new();
@@ -124,10 +127,10 @@ fn findings(blocks: &[Block], cut: &Cut, limits: &StockLimits) -> Vec<FindingRec
         };
         found.push(FindingRecord::new(code, Some(line(row.first)), text + &at));
     };
-    for row in of_blocks(&|b, r| if b.rapid { r.depth } else { 0.0 }, limits.contact) {
+    for row in of_blocks(&|b, r| if b.rapid { r.depth } else { 0.0 }, limits.rubbing) {
         say(FindingCode::RapidInStock, &row, format!("a rapid goes {:.4} mm through the stock", row.value));
     }
-    for row in of_blocks(&|_, r| r.body_depth, limits.contact) {
+    for row in of_blocks(&|_, r| r.body_depth, limits.rubbing) {
         let holder = cut.removals.get(row.worst).is_some_and(|r| r.holder);
         let body = if holder { "holder" } else { "shank" };
         say(FindingCode::BodyInStock, &row, format!("the {body} is {:.4} mm in the stock", row.value));
@@ -146,7 +149,7 @@ fn findings(blocks: &[Block], cut: &Cut, limits: &StockLimits) -> Vec<FindingRec
     }
     if let Some(limit) = limits.engagement_deg {
         let wide = |e: &&Engagement| e.angle.to_degrees() > limit;
-        for row in rows(cut.engagements.iter().filter(wide).map(|e| (e.block, e.angle.to_degrees()))) {
+        for row in rows(&moves, cut.engagements.iter().filter(wide).map(|e| (e.block, e.angle.to_degrees()))) {
             let text = format!("the flutes are engaged over {:.0} degrees, {limit} are allowed", row.value);
             say(FindingCode::Engagement, &row, text);
         }
@@ -154,7 +157,13 @@ fn findings(blocks: &[Block], cut: &Cut, limits: &StockLimits) -> Vec<FindingRec
     found
 }
 
-/// Blocks that follow each other.
+/// The number of the move that each block belongs to: rapids without a feed between them, or the other way round.
+fn moves(blocks: &[Block]) -> Vec<usize> {
+    let runs = blocks.chunk_by(|a, b| a.rapid == b.rapid).enumerate();
+    runs.flat_map(|(index, run)| std::iter::repeat_n(index, run.len())).collect()
+}
+
+/// Blocks of one move.
 struct Row {
     first: usize,
     last: usize,
@@ -162,11 +171,11 @@ struct Row {
     value: f64,
 }
 
-/// Joins blocks without a gap; of many rows, the first ones.
-fn rows(values: impl Iterator<Item = (usize, f64)>) -> Vec<Row> {
+/// Joins blocks of one move, with gaps or without: what rubs comes and goes. Of many rows, the first ones.
+fn rows(moves: &[usize], values: impl Iterator<Item = (usize, f64)>) -> Vec<Row> {
     let mut rows: Vec<Row> = Vec::new();
     for (block, value) in values {
-        match rows.last_mut().filter(|row| block <= row.last + 1) {
+        match rows.last_mut().filter(|row| moves.get(row.last) == moves.get(block)) {
             Some(row) => {
                 row.last = block;
                 if value > row.value {
@@ -192,8 +201,13 @@ mod tests {
         Removal { volume, depth, ..Removal::default() }
     }
 
-    const LIMITS: StockLimits =
-        StockLimits { feed: Some(1200.0), removal: Some(1.0), engagement_deg: Some(90.0), contact: 1e-3 };
+    const LIMITS: StockLimits = StockLimits {
+        feed: Some(1200.0),
+        removal: Some(1.0),
+        engagement_deg: Some(90.0),
+        rubbing: 0.01,
+        contact: 1e-3,
+    };
 
     fn codes(blocks: &[Block], cut: &Cut) -> Vec<(&'static str, Option<usize>)> {
         findings(blocks, cut, &LIMITS).iter().map(|f| (f.code, f.line)).collect()
@@ -219,12 +233,25 @@ mod tests {
     }
 
     #[test]
-    fn a_touch_is_nothing_and_neighbours_are_one_row() {
-        let blocks: Vec<Block> = (1..=6).map(|line| block(line, true, 5.0)).collect();
-        let depths = [5e-4, 0.1, 0.3, 0.2, 0.0, 0.1];
+    fn rubbing_is_nothing_and_a_move_is_one_row() {
+        let rapid = |line: usize| block(line, line != 7, 5.0);
+        let blocks: Vec<Block> = (1..=9).map(rapid).collect();
+        // Lines 2 to 5 belong to one move although line 4 is clear; the feed on line 7 parts it from line 8.
+        let depths = [0.009, 0.1, 0.3, 0.0, 0.2, 0.009, 0.4, 0.1, 0.0];
         let cut = Cut { removals: depths.map(|depth| took(1.0, depth)).to_vec(), engagements: Vec::new() };
         let found = findings(&blocks, &cut, &LIMITS);
-        assert_eq!(found.iter().map(|f| f.line).collect::<Vec<_>>(), [Some(2), Some(6)]);
-        assert_eq!(found[0].message, "a rapid goes 0.3000 mm through the stock on line 3, the worst of lines 2 to 4");
+        assert_eq!(found.iter().map(|f| f.line).collect::<Vec<_>>(), [Some(2), Some(8)]);
+        assert_eq!(found[0].message, "a rapid goes 0.3000 mm through the stock on line 3, the worst of lines 2 to 5");
+        // What may rub is said by the job, for shank and holder, too.
+        let rubs = |depth| Removal { body_depth: depth, ..Removal::default() };
+        let cut = Cut { removals: depths.map(rubs).to_vec(), engagements: Vec::new() };
+        let lines = |rubbing| {
+            let found = findings(&blocks, &cut, &StockLimits { rubbing, ..LIMITS });
+            found.iter().map(|f| (f.code, f.line)).collect::<Vec<_>>()
+        };
+        let at = |line| ("body-in-stock", Some(line));
+        assert_eq!(lines(0.01), [at(2), at(7), at(8)]);
+        assert_eq!(lines(0.001), [at(1), at(7), at(8)]);
+        assert_eq!(lines(0.35), [at(7)]);
     }
 }

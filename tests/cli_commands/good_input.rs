@@ -14,6 +14,7 @@ fn run_writes_path_program_figures_and_report() {
         "made/here",
         "made/here/path.cl",
         "made/here/plan.json",
+        "made/here/post.json",
         "made/here/program.ngc",
         "made/here/report.html",
     ];

@@ -15,6 +15,19 @@ fn program() -> String {
     text + "G0 Z60\nM5\nM30\n"
 }
 
+/// What the choice of branches costs, and what none can be below, in text and JSON alike.
+fn assert_choice_is_told(out: &str, json: &str) {
+    let record: serde_json::Value = serde_json::from_str(json).expect("JSON");
+    assert_eq!((record["format"].as_str(), record["version"].as_u64()), (Some("regulus-post"), Some(1)));
+    let figure = |key: &str| record["rotary_choice"][key].as_f64().expect("a number");
+    let (seconds, least) = (figure("seconds"), figure("least_seconds"));
+    assert!(0.0 < least && least <= seconds, "{record}");
+    let told = format!(
+        "rotary choice: {seconds:.2} s of ways at the axes' top speeds, no choice can need less than {least:.2} s (proved)"
+    );
+    assert!(out.contains(&told), "no \"{told}\" in {out}");
+}
+
 const APT: &str = "PARTNO/demo\nUNITS/MM\nLOADTL/5,LENGTH,100\nCUTTER/8,0,0,0,0,0,30\nSPINDL/RPM,9000,CLW\n\
                    FROM/0,0,60,0,0,1\nRAPID\nGOTO/0,0,5,0,0.6,0.8\nFEDRAT/600,MMPM\nGOTO/20,4,5,0.1,0.6,0.8\n\
                    CIRCLE/20,14,5,0,0,1,10\nGOTO/30,14,5,0.1,0.6,0.8\nRAPID\nGOTO/30,14,60,0.1,0.6,0.8\nFINI\n";
@@ -24,8 +37,10 @@ fn a_program_goes_to_other_machines_and_comes_back_the_same() {
     let shop = Workshop::new();
     shop.write("a.ngc", program());
     for machine in ["xyzbc-trt", "head-b-table-c", "bridgemill", "trunnion-ac-30i"] {
-        let call = shop.call(&["retarget", "a.ngc", "--from", "xyzac-trt", "--to", machine, "--out", "b.nc"]);
+        let there = ["retarget", "a.ngc", "--from", "xyzac-trt", "--to", machine, "--out", "b.nc", "--json", "b.json"];
+        let call = shop.call(&there);
         assert_eq!(call.status, 0, "{machine}: {}{}", call.out, call.err);
+        assert_choice_is_told(&call.out, &shop.read("b.json"));
         let call = shop.call(&["retarget", "b.nc", "--from", machine, "--to", "xyzac-trt", "--out", "c.ngc"]);
         assert_eq!(call.status, 0, "{machine}: {}{}", call.out, call.err);
         let call = shop.call(&[
@@ -65,9 +80,10 @@ fn programs_that_differ_end_with_status_1_and_both_lines() {
 fn apt_is_posted_carried_and_inspected() {
     let shop = Workshop::new();
     shop.write("p.apt", APT);
-    let call = shop.call(&["post", "p.apt", "--machine", "xyzac-trt", "--out", "p.ngc"]);
+    let call = shop.call(&["post", "p.apt", "--machine", "xyzac-trt", "--out", "p.ngc", "--json", "p.json"]);
     assert_eq!(call.status, 0, "{}{}", call.out, call.err);
     assert!(shop.read("p.ngc").contains("T5 M6"));
+    assert_choice_is_told(&call.out, &shop.read("p.json"));
     // Back into APT, posted again: the same motion.
     let call = shop.call(&["retarget", "p.ngc", "--from", "xyzac-trt", "--gauge-length", "100", "--out", "q.apt"]);
     assert_eq!(call.status, 0, "{}{}", call.out, call.err);

@@ -76,6 +76,23 @@ fn limits_of_the_job_are_kept() {
 }
 
 #[test]
+fn a_rapid_may_rub_as_deep_as_the_job_says() {
+    let shop = shop();
+    // The way back over the first row, 5 micrometres deeper than it was milled.
+    shop.write("rub.ngc", ROWS.replace("G0 Z30\nX-10 Y11", "G0 Z8.995\nX-10\nZ30\nY11"));
+    for (rubbing, status) in [("", 0), ("rubbing = 0.002\n", 1)] {
+        shop.write("rub.toml", format!("{JOB}{STOCK}{rubbing}"));
+        let call = shop.call(&["stock", "rub.ngc", "--machine", "xyzac-trt", "--job", "rub.toml"]);
+        assert_eq!(call.status, status, "{}{}", call.out, call.err);
+        assert_eq!(call.out.matches("R801").count(), usize::from(status == 1), "{}", call.out);
+        assert!(status == 0 || call.out.contains("R801 line 10: a rapid goes 0.0050 mm through"), "{}", call.out);
+    }
+    shop.write("bad.toml", format!("{JOB}{STOCK}rubbing = -1\n"));
+    let call = shop.call(&["stock", "rub.ngc", "--machine", "xyzac-trt", "--job", "bad.toml"]);
+    call.refused("-1", "bad.toml:32:");
+}
+
+#[test]
 fn stocks_that_are_none_are_refused_with_their_place() {
     let shop = shop();
     let call = |job: &str| {
