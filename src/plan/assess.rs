@@ -80,6 +80,8 @@ pub(super) struct Judged {
     pub(super) share: f64,
     /// Signed deviation, mm, positive above the surface; none beside the surface.
     pub(super) deviation: Option<f64>,
+    /// An end of the flank, or of its motion, that stops inside the band.
+    pub(super) short: bool,
     /// Where the search for its foot may start.
     pub(super) hint: Hint,
 }
@@ -91,8 +93,20 @@ pub(super) struct Survey {
     pub(super) points: Vec<Judged>,
     /// Points an instant.
     pub(super) heights: usize,
+    /// Deepest gouge beside the strip at each instant, mm, not negative.
+    pub(super) gouges: Vec<f64>,
     /// The worst of them, and of the flutes, shank and holder beside the strip.
     pub(super) worst: Deviation,
+}
+
+impl Survey {
+    /// The worst, once nothing of the band is left to nobody.
+    pub(super) fn whole(&self) -> Result<Deviation, AssessError> {
+        match self.points.iter().find(|point| point.short) {
+            Some(point) => Err(AssessError::Uncovered { t: point.t }),
+            None => Ok(self.worst),
+        }
+    }
 }
 
 /// Judges the envelope at `instants` x `heights` points between the rails.
@@ -103,7 +117,7 @@ pub(super) fn survey(
 ) -> Result<Survey, AssessError> {
     let (start, end) = probe.motion.domain();
     let mut worst = Deviation { overcut: 0.0, undercut: 0.0, outside: 0.0, samples: 0 };
-    let mut points = Vec::with_capacity(instants * heights);
+    let (mut points, mut gouges) = (Vec::with_capacity(instants * heights), Vec::with_capacity(instants));
     let mut near: Vec<Option<Hint>> = vec![None; heights];
     for j in 0..instants {
         let t = start + (end - start) * j as f64 / (instants - 1) as f64;
@@ -117,7 +131,7 @@ pub(super) fn survey(
                 Ok(touch) => touch,
                 // Off the surface the motion may do as it likes.
                 Err(NoTouch::Envelope { over: false, .. }) => {
-                    points.push(Judged { t, share, deviation: None, hint });
+                    points.push(Judged { t, share, deviation: None, short: false, hint });
                     continue;
                 }
                 Err(NoTouch::Envelope { height, cause, .. }) => {
@@ -126,9 +140,7 @@ pub(super) fn survey(
                 Err(NoTouch::Degenerate) => return Err(degenerate),
             };
             let frame = &touch.foot.frame;
-            if !borders.passed(frame, (k, heights - 1), (j, instants - 1)) {
-                return Err(AssessError::Uncovered { t });
-            }
+            let short = !borders.passed(frame, (k, heights - 1), (j, instants - 1));
             let deviation = frame.inside().then_some(touch.foot.distance);
             if let Some(distance) = deviation {
                 worst.overcut = worst.overcut.max(-distance);
@@ -136,15 +148,16 @@ pub(super) fn survey(
                 worst.samples += 1;
             }
             *near = Some(touch.hint());
-            points.push(Judged { t, share, deviation, hint: touch.hint() });
+            points.push(Judged { t, share, deviation, short, hint: touch.hint() });
         }
         let ends = [near.first(), near.last()].map(|end| end.copied().flatten().map(|hint| hint.place));
         let [low, high] =
             [ends[0].unwrap_or((borders.low, borders.first)), ends[1].unwrap_or((borders.high, borders.first))];
         let gouge = gouge_beside(probe.chart, probe.family, probe.motion, (t, [low, high])).ok_or(degenerate)?;
         worst.outside = worst.outside.max(gouge);
+        gouges.push(gouge);
     }
-    Ok(Survey { points, heights, worst })
+    Ok(Survey { points, heights, gouges, worst })
 }
 
 /// Spans of the flutes above the strip at which their clearance is judged.

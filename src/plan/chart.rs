@@ -2,6 +2,7 @@
 //! spindle's side, h runs along the cut. Both are 0..1 on the surface and go on past its edges (tangent extension).
 
 use super::field::Field;
+use crate::geometry::extend::extended;
 use crate::geometry::{Point, SplineSurface, Vector};
 use crate::part::OrientedSpline;
 use nalgebra::Matrix2;
@@ -41,7 +42,12 @@ pub(super) struct Layout {
 pub(super) struct Chart<'a> {
     spline: &'a OrientedSpline,
     layout: Layout,
+    /// The surface with its end polynomials continued a little, so that it does not lose its curvature at its edges.
+    wide: Option<Arc<SplineSurface>>,
 }
+
+/// How far a widened chart continues the end polynomials, as a share of the parameter intervals.
+const WIDER: f64 = 0.02;
 
 /// A surface point with its frame in chart coordinates.
 #[derive(Clone, Copy, Debug)]
@@ -102,11 +108,26 @@ fn gauge(wanted: &Vector, other: &Vector) -> Option<(Vector, f64)> {
 impl<'a> Chart<'a> {
     /// Gives roles to the parameters of `spline`.
     pub(super) fn new(spline: &'a OrientedSpline, layout: Layout) -> Self {
-        Self { spline, layout }
+        Self { spline, layout, wide: None }
+    }
+
+    /// The same on a surface that goes on as its end polynomials do before it goes on along its tangents.
+    pub(super) fn widened(self) -> Self {
+        let wide = extended(self.spline.surface(), WIDER).map(Arc::new);
+        Self { wide, ..self }
     }
 
     fn surface(&self) -> &SplineSurface {
-        self.spline.surface()
+        self.wide.as_deref().unwrap_or(self.spline.surface())
+    }
+
+    fn domain(&self) -> [(f64, f64); 2] {
+        self.spline.surface().domain()
+    }
+
+    /// How far beyond its edges, as a share of its parameter intervals, the surface goes on like itself.
+    pub(super) fn continued(&self) -> f64 {
+        if self.wide.is_some() { 0.5 * WIDER } else { 0.0 }
     }
 
     /// Chart coordinates and those of the lines themselves are each other's mirror images.
@@ -122,7 +143,7 @@ impl<'a> Chart<'a> {
             Lines::Field(field) if exact => field.at((g, h)),
             Lines::Field(field) => field.near((g, h)),
         };
-        let [(u0, u1), (v0, v1)] = self.surface().domain();
+        let [(u0, u1), (v0, v1)] = self.domain();
         (u0 + s * (u1 - u0), v0 + t * (v1 - v0))
     }
 
@@ -130,7 +151,7 @@ impl<'a> Chart<'a> {
         let jet = self.surface().extended_jet(u, v);
         let normal = jet.normal()?.into_inner();
         let normal = if self.spline.flip() { -normal } else { normal };
-        let [(u0, u1), (v0, v1)] = self.surface().domain();
+        let [(u0, u1), (v0, v1)] = self.domain();
         let (by_s, by_t) = (jet.su * (u1 - u0), jet.sv * (v1 - v0));
         let (s, t) = ((u - u0) / (u1 - u0), (v - v0) / (v1 - v0));
         let (own, across, along) = match &self.layout.lines {

@@ -222,7 +222,7 @@ pub(super) fn verdict(request: &PlanRequest<'_>, strips: &[StripReport], bare_sh
 fn help(request: &PlanRequest<'_>, strips: &[StripReport], bare_share: f64) -> Vec<String> {
     let mut help = Vec::new();
     let strain = |s: &StripReport| {
-        let tolerance = |t: f64| t.max(1e-6);
+        let tolerance = |t: f64| if t > 0.0 { t } else { 1e-6 };
         let over = s.deviation.overcut / tolerance(request.overcut_tolerance);
         over.max(s.deviation.undercut / tolerance(request.undercut_tolerance))
     };
@@ -234,6 +234,8 @@ fn help(request: &PlanRequest<'_>, strips: &[StripReport], bare_share: f64) -> V
             help.push("more weight on accuracy, less on kink and fairness".to_owned());
         } else if worst.limited_by == LimitedBy::AxisReach {
             help.push("the part turned by [part] placement, or a machine with more travel".to_owned());
+        } else if worst.limited_by == LimitedBy::Machine {
+            help.push(format!("a larger tolerance: blocks alone may leave {} mm", request.linearization));
         } else {
             help.push(format!(
                 "shorter engagement, {:.2} mm of flank in place of {:.2}: about {} strips",

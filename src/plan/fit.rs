@@ -65,6 +65,11 @@ impl SphereFamily {
         Self { reach, ..self }
     }
 
+    /// Directions that its axis must keep to.
+    pub(super) fn bound(&self) -> Option<&AxisBound> {
+        self.reach.as_ref()
+    }
+
     /// Sphere centre height of the lowest flank point.
     pub(super) fn lowest(&self) -> f64 {
         self.flank[0].0
@@ -279,7 +284,7 @@ impl<'a> StripFit<'a> {
             let weight = REACH * scale;
             rows.push(Row { time: j, lower: -d, upper: d, residual: length - longest, weight });
         }
-        if let Some((by, out)) = self.family.reach.as_ref().and_then(|bound| bound.pull(&d)) {
+        if let Some((by, out)) = self.family.bound().and_then(|bound| bound.pull(&d)) {
             // In mm at the flank's end: the axis turns by what its ends move apart across it, over its length.
             let weight = BOUND * scale;
             rows.push(Row { time: j, lower: -out, upper: out, residual: by * length, weight });

@@ -1,12 +1,11 @@
 //! Which way the cut runs: parameter lines or the level sets of a field, where the tip is, and in which sense.
 
-use super::assess::Borders;
 use super::attainable::FlankLaw;
 use super::chart::{Chart, Layout, Lines};
 use super::field::{AxisField, Field, Sheet, Wish};
 use super::fit::SphereFamily;
+use super::forecast::strip_error;
 use super::reach::within_bound;
-use super::start::{Band, start_strip};
 use super::{PlanRequest, Strategy, StrategyKind, TipSide};
 use crate::diagnostic::{Diagnostic, Result};
 use crate::geometry::{Point, Vector};
@@ -24,8 +23,6 @@ const SQUARE: f64 = 0.1;
 const FIELDS: usize = 4;
 /// Share of the flank that a strip's width may take: the rest overlaps.
 const USABLE: f64 = 0.93;
-/// Largest error over root mean square of the misfit of a straight flank, both two-sided: 720^0.5 / 16.
-const PEAK: f64 = 1.68;
 /// How many times its reach a flank may have to span before lines count as unfit.
 const TOO_LONG: f64 = 1.05;
 /// Error, mm, that unfit lines count with: more than any that can be reached.
@@ -135,7 +132,7 @@ fn predict(request: &PlanRequest<'_>, spline: &OrientedSpline, family: &SphereFa
     loop {
         let stretch = stretch(&chart, strips)? / reach;
         // Of lines along which the flank is too short, those that ask least of it.
-        let error = if stretch > TOO_LONG { UNFIT * stretch } else { PEAK * misfit(&chart, family, strips)? };
+        let error = if stretch > TOO_LONG { UNFIT * stretch } else { foreseen(&chart, family, strips)? };
         let next = (strips as f64 * (error / tolerance).sqrt().min(1.5)).ceil() as usize;
         if wanted.is_some() || error <= tolerance || next <= strips || next > MOST_STRIPS {
             return Some(Choice { layout, least, strips, error });
@@ -180,24 +177,15 @@ fn stretch(chart: &Chart<'_>, count: usize) -> Option<f64> {
     Some(longest)
 }
 
-/// Largest root mean square misfit, mm, of the rulings of a few of `count` equal strips.
-fn misfit(chart: &Chart<'_>, family: &SphereFamily, count: usize) -> Option<f64> {
+/// Largest error, mm, foreseen for a few of `count` equal strips.
+fn foreseen(chart: &Chart<'_>, family: &SphereFamily, count: usize) -> Option<f64> {
     let share = 1.0 / count as f64;
-    let mut worst: Option<f64> = None;
-    for at in LOOKED_AT {
+    let errors = LOOKED_AT.iter().filter_map(|at| {
         let low = at * (1.0 - share);
-        let (first, last) = chart.span(low, low + share);
-        let borders = Borders { low, high: low + share, first, last };
-        let band = Band { borders, low, high: low + share, overrun: 0.0, instants: INSTANTS, slanted: true };
-        if let Some(start) = start_strip(chart, family, family.lowest(), &band) {
-            worst = Some(worst.unwrap_or(0.0).max(start.misfit));
-        }
-    }
-    worst
+        strip_error(chart, family, (low, low + share))
+    });
+    errors.fold(None, |worst, error| Some(worst.map_or(error, |worst: f64| worst.max(error))))
 }
-
-/// Instants at which a strip is judged before it is fitted.
-const INSTANTS: usize = 13;
 
 /// Mean angles, degrees, between the parameter lines (along u, along v) and a direction, which must not stand square to
 /// the surface anywhere.

@@ -8,6 +8,7 @@ pub mod choice;
 mod explain;
 mod field;
 mod fit;
+mod forecast;
 mod layout;
 mod limits;
 mod link;

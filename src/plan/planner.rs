@@ -3,6 +3,7 @@
 use super::assess::Borders;
 use super::chart::{Chart, Frame};
 use super::fit::SphereFamily;
+use super::forecast::{evened, evened_ahead};
 use super::layout::{Choice, choose_layout};
 use super::limits::Limits;
 use super::link::chart_passes;
@@ -18,35 +19,37 @@ use rayon::prelude::*;
 
 /// Strips tried when the number is free.
 const MOST_STRIPS: usize = 80;
-/// Numbers of strips tried at most before one keeps the tolerance.
-const TRIES: usize = 6;
-/// Share of the error before below which more strips count as a help.
-const HELPED: f64 = 0.9;
 /// Least overlap of strips over each other and over the surface's borders, mm, and as a share of a short flank.
 const OVERLAP: f64 = 0.25;
-const OVERLAP_SHARE: f64 = 0.05;
+const OVERLAP_SHARE: f64 = 0.03;
 /// How far strips run past the surface's ends before they lead out, mm: far enough for the fit's free ends.
 const OVERRUN: f64 = 3.0;
 /// Share of the flank's spare length that overlap may take: slanted rulings need some too.
 const SPARED: f64 = 0.8;
 /// Share of the overlap that must be there in the end.
-const MUST_OVERLAP: f64 = 0.2;
+const MUST_OVERLAP: f64 = 0.33;
 /// Share of its length by which a flank that is only just long enough may miss the borders.
-const SLACK: f64 = 2e-4;
+const SLACK: f64 = 4e-4;
 /// How far beyond the surface, as a share of its size, a ruling no longer tells what the flank must reach.
 const ASIDE: f64 = 0.1;
-/// Most rounds in which borders are moved to even out the strips' errors.
-const EVENING_ROUNDS: usize = 2;
+/// Numbers of strips tried at most where the tolerance decides.
+const TRIES: usize = 5;
+/// Error of one strip fewer, as a share of the limit, beyond which it is not tried.
+const HOPELESS: f64 = 1.6;
+/// Share of the error before at which more strips no longer help.
+const NO_BETTER: f64 = 0.9;
+/// Share of the limits below which foreseen errors are left as they are.
+const FORESEEN: f64 = 0.3;
+/// Ratio of the largest strain to the mean from which on borders are moved once more.
+const UNEVEN: f64 = 1.5;
 /// Share of the flank that a strip may be widened to.
 const WIDEST: f64 = 0.95;
 /// Share of the limits at which an error is small enough where the tolerance decides the number of strips.
 const ENOUGH: f64 = 0.4;
 /// The same where the number is given.
 const ENOUGH_GIVEN: f64 = 0.1;
-/// Effort while borders are still moved: (steps, rounds toward the least largest error).
-const QUICK: (usize, usize) = (16, 1);
-/// Effort at the end.
-const FULL: (usize, usize) = (36, 24);
+/// Linearizations of one strip toward the least largest error.
+const ROUNDS: usize = 40;
 
 /// One planning run.
 pub(super) struct Planner<'a> {
@@ -63,7 +66,7 @@ impl<'a> Planner<'a> {
     pub(super) fn new(request: &'a PlanRequest<'a>, spline: &'a OrientedSpline) -> Result<Self> {
         let family = flank(request.tool, request.strategy)?;
         let Choice { layout, least, strips, .. } = choose_layout(request, spline, &family)?;
-        let planner = Self { request, chart: Chart::new(spline, layout), family, least, predicted: strips };
+        let planner = Self { request, chart: Chart::new(spline, layout).widened(), family, least, predicted: strips };
         planner.check_concavity()?;
         Ok(planner)
     }
@@ -84,39 +87,42 @@ impl<'a> Planner<'a> {
     /// The fewest strips within tolerance: from the predicted number down while it holds, or up until it does. Where more
     /// strips no longer help, or after a few tries, the best so far stands, and its verdict says what it misses.
     fn fewest(&self) -> Result<Vec<FittedStrip>> {
-        let mut count = self.predicted.min(MOST_STRIPS);
-        let mut enough: Option<Vec<FittedStrip>> = None;
+        let mut count = self.predicted.clamp(self.least, self.least.max(MOST_STRIPS));
         let mut best: Option<(f64, Vec<FittedStrip>)> = None;
-        let (mut failed, mut tries) = (0, 1);
-        loop {
+        let mut refused = None;
+        let (mut failed, mut strain_before) = (0, f64::INFINITY);
+        for _ in 0..TRIES {
             let found = self.even(count);
-            let strain = found.as_ref().map_or(4.0, |strips| self.strain(strips));
-            if strain <= 1.0 {
-                if count <= self.least.max(failed + 1) || self.request.observer.stopped() {
-                    return found;
-                }
-                enough = found.ok();
-                count -= 1;
-                continue;
-            }
-            if let Some(strips) = enough {
-                return Ok(strips);
-            }
-            // The error falls with the square of the width, or faster, as long as width is what limits it.
-            let next = (count + 1).max((count as f64 * strain.sqrt().min(2.0) * 0.8).floor() as usize);
-            let helped = found.is_err() || best.as_ref().is_none_or(|(least, _)| strain < HELPED * least);
-            let last = !helped || tries >= TRIES || next > MOST_STRIPS || self.request.observer.stopped();
-            match (found, best) {
-                (Ok(strips), before) if before.as_ref().is_none_or(|(least, _)| strain < *least) => {
+            let strain = found.as_ref().map_or(f64::INFINITY, |strips| self.strain(strips));
+            match found {
+                Ok(strips) if best.as_ref().is_none_or(|(least, _)| strain < least.max(1.0)) => {
                     best = Some((strain, strips));
                 }
-                (Err(error), None) if last => return Err(error),
-                (_, before) => best = before,
+                Ok(_) => {}
+                Err(error) => refused = Some(error),
             }
-            if last && let Some((_, strips)) = best {
-                return Ok(strips);
+            let next = if strain <= 1.0 {
+                // One strip fewer errs more, at least by the square of its width.
+                let wider = strain * (count as f64 / (count as f64 - 1.0)).powi(2);
+                let fewer =
+                    (count - 1).min((count as f64 * strain.sqrt()) as usize + 1).max(self.least).max(failed + 1);
+                if wider > HOPELESS { count } else { fewer }
+            } else {
+                let within = best.as_ref().is_some_and(|(strain, _)| *strain <= 1.0);
+                let helps = strain.is_infinite() || strain < NO_BETTER * strain_before;
+                let factor = if strain.is_finite() { strain.sqrt().clamp(1.0, 1.4) } else { 1.1 };
+                (failed, strain_before) = (count, strain.min(strain_before));
+                if within || !helps { count } else { (count + 1).max((count as f64 * factor * 0.95) as usize) }
+            };
+            if next == count || next > MOST_STRIPS || self.request.observer.stopped() {
+                break;
             }
-            (count, failed, tries) = (next, count, tries + 1);
+            count = next;
+        }
+        match (best, refused) {
+            (Some((_, strips)), _) => Ok(strips),
+            (None, Some(error)) => Err(error),
+            (None, None) => self.even(self.predicted),
         }
     }
 
@@ -125,37 +131,28 @@ impl<'a> Planner<'a> {
         strips.iter().map(|s| limits.strain(&s.deviation)).fold(0.0, f64::max)
     }
 
-    /// `count` strips whose borders are moved until their errors are alike, or all small enough. Borders are judged by
-    /// quick fits; only the best ones are fitted with full effort, from where the quick fits left them.
+    /// `count` strips whose borders are where their errors are alike: as foreseen, and once more as found where that was
+    /// far off.
     fn even(&self, count: usize) -> Result<Vec<FittedStrip>> {
         let mut borders = self.equal_borders(count)?;
         if count == 1 || self.request.strategy.method == Method::Rulings {
-            return self.fit(&borders, FULL, None);
+            return self.fit(&borders);
         }
-        let mut fitted = self.fit(&borders, QUICK, None)?;
-        let mut best: Option<(f64, Vec<f64>, Vec<FittedStrip>)> = None;
-        for round in 0..=EVENING_ROUNDS {
-            let strain = self.strain(&fitted);
-            let better = best.as_ref().is_none_or(|(least, ..)| strain < *least);
-            let limits = self.limits();
-            let strains: Vec<f64> = fitted.iter().map(|strip| limits.strain(&strip.deviation)).collect();
-            let wanted = evened(&borders, &strains, &self.widest(&borders)?);
-            if better {
-                best = Some((strain, borders.clone(), fitted.clone()));
+        let limits = self.limits();
+        let enough = FORESEEN * 0.5 * (limits.overcut + limits.undercut);
+        borders = evened_ahead(&self.chart, &self.family, borders, enough, |borders| self.widest(borders))?;
+        let mut strips = self.fit(&borders)?;
+        let strains: Vec<f64> = strips.iter().map(|strip| limits.strain(&strip.deviation)).collect();
+        let (worst, mean) = (self.strain(&strips), strains.iter().sum::<f64>() / count as f64);
+        if worst > 1.0 && worst > UNEVEN * mean && !self.request.observer.stopped() {
+            let moved = evened(&borders, &strains, &self.widest(&borders)?);
+            if let Ok(again) = self.fit(&moved)
+                && self.strain(&again) < worst
+            {
+                strips = again;
             }
-            if strain <= 0.8 || round == EVENING_ROUNDS || self.request.observer.stopped() {
-                break;
-            }
-            // A full step can ask for more than the flute reaches; a shorter one in the same sense still helps.
-            let tried = [1.0, 0.5, 0.25].iter().find_map(|share| {
-                let moved: Vec<f64> = borders.iter().zip(&wanted).map(|(b, w)| b + share * (w - b)).collect();
-                self.fit(&moved, QUICK, Some(&fitted)).ok().map(|strips| (moved, strips))
-            });
-            let Some((moved, strips)) = tried else { break };
-            (borders, fitted) = (moved, strips);
         }
-        let Some((_, borders, quick)) = best else { return Ok(fitted) };
-        self.fit(&borders, FULL, Some(&quick))
+        Ok(strips)
     }
 
     /// The widest that each strip may become, in g, with the flank that there is.
@@ -183,16 +180,14 @@ impl<'a> Planner<'a> {
         if given { ENOUGH_GIVEN } else { ENOUGH }
     }
 
-    /// Fits every strip, from where `before` left it if there is that.
-    fn fit(&self, borders: &[f64], effort: (usize, usize), before: Option<&[FittedStrip]>) -> Result<Vec<FittedStrip>> {
+    /// Fits every strip.
+    fn fit(&self, borders: &[f64]) -> Result<Vec<FittedStrip>> {
         let count = borders.len() - 1;
         let fitted: Vec<Result<FittedStrip>> = borders
             .par_windows(2)
             .enumerate()
             .map(|(index, pair)| {
-                let before = before.and_then(|strips| strips.get(index));
-                let fitted = self.fit_one((pair[0], pair[1]), effort, before);
-                let strip = fitted.map_err(|e| name_strip(e, index, count))?;
+                let strip = self.fit_one((pair[0], pair[1])).map_err(|e| name_strip(e, index, count))?;
                 self.note(index, count, &strip);
                 Ok(strip)
             })
@@ -205,12 +200,7 @@ impl<'a> Planner<'a> {
         self.request.observer.note(&Progress { strips, stage: Stage::Strip(index), overcut, undercut });
     }
 
-    fn fit_one(
-        &self,
-        (low, high): (f64, f64),
-        effort: (usize, usize),
-        before: Option<&FittedStrip>,
-    ) -> Result<FittedStrip> {
+    fn fit_one(&self, (low, high): (f64, f64)) -> Result<FittedStrip> {
         let (band, resolution) = self.band(low, high)?;
         let (chart, tool, family) = (&self.chart, self.request.tool, &self.family);
         let strategy = self.request.strategy;
@@ -218,20 +208,10 @@ impl<'a> Planner<'a> {
             Method::Rulings => lay_strip(chart, tool, family, &band, &resolution),
             // The method of Rajain 2023 has its own planner.
             Method::Regulus | Method::Rajain2023 => {
-                let (steps, rounds) = effort;
                 let observer = self.request.observer;
-                let effort =
-                    Effort { fairness: 1e-9 * strategy.fairness, steps, rounds, enough: self.enough(), observer };
-                let fit = |effort: &Effort<'_>| {
-                    fit_strip(chart, tool, family, (&band, before), (&resolution, &self.limits()), effort)
-                };
-                match fit(&effort) {
-                    // Only least squares know the bound: where the refinement leaves it, it is left out.
-                    Ok(strip) if strategy.reach.as_ref().is_some_and(|bound| bound.is_left(&strip.motion)) => {
-                        fit(&Effort { steps: 4 * steps, rounds: 0, ..effort })
-                    }
-                    fitted => fitted,
-                }
+                let fairness = 1e-9 * strategy.fairness;
+                let effort = Effort { fairness, rounds: ROUNDS, enough: self.enough(), observer };
+                fit_strip(chart, tool, family, &band, (&resolution, &self.limits()), &effort)
             }
         };
         fitted.map_err(|e| {
@@ -361,32 +341,6 @@ impl<'a> Planner<'a> {
     pub(super) fn passes(&self, motions: &[RuledMotion]) -> Result<Vec<Pass>> {
         chart_passes(self.request, &self.chart, motions)
     }
-}
-
-/// Borders with the strips' widths changed against their strain, none wider than it may be.
-fn evened(borders: &[f64], strains: &[f64], widest: &[f64]) -> Vec<f64> {
-    let aims: Vec<f64> =
-        borders.windows(2).zip(strains).map(|(pair, s)| (pair[1] - pair[0]) * s.max(0.1).powf(-0.35)).collect();
-    // Widths in proportion to the aims; what the widest may not take goes to the others.
-    let mut held = vec![false; aims.len()];
-    let widths = loop {
-        let (mut room, mut aim) = (1.0, 0.0);
-        for ((aimed, most), held) in aims.iter().zip(widest).zip(&held) {
-            if *held { room -= most } else { aim += aimed }
-        }
-        if aim <= 0.0 || room <= 0.0 {
-            return borders.to_vec();
-        }
-        let width = |i: usize| if held[i] { widest[i] } else { aims[i] * room / aim };
-        let widths: Vec<f64> = (0..aims.len()).map(width).collect();
-        let Some(over) = (0..aims.len()).find(|i| !held[*i] && widths[*i] > widest[*i]) else { break widths };
-        held[over] = true;
-    };
-    let mut moved = borders.to_vec();
-    for (i, width) in widths.iter().enumerate().take(aims.len() - 1) {
-        moved[i + 1] = moved[i] + width;
-    }
-    moved
 }
 
 fn too_short(needed: f64, reach: f64, at: &Point) -> Box<Diagnostic> {

@@ -10,7 +10,8 @@ use super::chart::{Chart, Frame};
 use super::fit::{BESIDE_MARGIN, BODY_MARGIN, SphereFamily, side_foot};
 use super::limits::Limits;
 use super::rails::{BLOCK, Rails, SECOND_DIFFERENCE};
-use super::touch::{Hint, Instant, NoTouch, Probe, axis_gradient};
+use super::reach::MARGIN;
+use super::touch::{Hint, Instant, NoTouch, Probe, Touch, axis_gradient};
 use crate::geometry::Vector;
 use crate::motion::RuledMotion;
 use crate::optimize::minimax::{Minimax, Rows, Sides};
@@ -80,7 +81,7 @@ pub(super) struct Polish<'a> {
     /// For each rail and each pair of neighbouring control points: direction and least way along it.
     forward: Vec<(usize, Vector, f64)>,
     /// Price of squared second differences of a step, per mm^2.
-    pub(super) price: f64,
+    price: f64,
 }
 
 /// The rest of the tool is looked at every so many instants: it must only stay clear.
@@ -91,8 +92,18 @@ const ABOVE: usize = 8;
 const FORWARD: f64 = 0.1;
 /// Price of a step itself, against that of its second differences.
 const STILL: f64 = 1e-4;
+/// A step's roughness that costs as much as the error itself, as a multiple of the error.
+const ROUGH: f64 = 1e3;
+/// First trust region, as a multiple of the error.
+const BOLD: f64 = 10.0;
+/// How much more a border that is not reached counts than an error of the same size: no gain in accuracy is worth it.
+const COVER: f64 = 20.0;
+/// How far the axis, felt for all around, may be beyond its bound, radians: it stays inside between two instants.
+const HELD: f64 = 0.5 * MARGIN;
+/// Smallest error that is still worked on, mm.
+const RESOLUTION: f64 = 1e-9;
 /// How far rails pass their borders, and the strip's ends those of the surface, at least, mm.
-const PASSED: f64 = 1e-3;
+const PASSED: f64 = 1.5e-3;
 
 impl<'a> Polish<'a> {
     /// Follows `instants` x `heights` points of the motion that `x` stands for; `None` where it has no proper envelope.
@@ -120,22 +131,28 @@ impl<'a> Polish<'a> {
                 *near = Some(hint.place);
                 spots.push(Spot { share, hint, end: k == 0 || k + 1 == heights });
             }
-            let beside = if j % BESIDE_STRIDE == 0 { beside(setting.family, &spots) } else { Vec::new() };
+            let beside = match (spots.first(), spots.last()) {
+                (Some(first), Some(last)) if j % BESIDE_STRIDE == 0 => {
+                    beside(setting.family, first.hint.place, last.hint.place)
+                }
+                _ => Vec::new(),
+            };
             moments.push(Moment { t, spots, beside });
         }
         let forward = forward(rails, x);
-        Some(Self { setting, rails, moments, ends: (start, end), forward, price: 0.0 })
+        let ends = (start, end);
+        Some(Self { setting, rails, moments, ends, forward, price: 0.0 })
     }
 
-    /// Follows the points of a survey that stand out from their neighbours beyond `strain` as well. True when there was
-    /// one.
+    /// Follows the points of a survey that stand out from their neighbours beyond `strain` as well, and those at which the
+    /// flank stops short. True when there was one.
     pub(super) fn follow(&mut self, survey: &Survey, strain: f64) -> bool {
         let limits = self.setting.limits;
         let strains: Vec<f64> =
             survey.points.iter().map(|p| p.deviation.map_or(f64::NEG_INFINITY, |e| limits.strain_of(e))).collect();
         let mut found = false;
         for (i, point) in survey.points.iter().enumerate() {
-            if strains[i] <= strain {
+            if strains[i] <= strain && !point.short {
                 continue;
             }
             let rows = (i / survey.heights).saturating_sub(1)..=i / survey.heights + 1;
@@ -143,31 +160,92 @@ impl<'a> Polish<'a> {
             let peak = rows
                 .flat_map(|row| columns.clone().map(move |column| row * survey.heights + column))
                 .all(|other| strains.get(other).is_none_or(|s| *s <= strains[i]));
-            if peak {
-                let spot = Spot { share: point.share, hint: point.hint, end: false };
-                let at = self.moments.partition_point(|m| m.t < point.t);
-                match self.moments.get_mut(at).filter(|m| m.t == point.t) {
-                    Some(moment) => moment.spots.push(spot),
-                    None => self.moments.insert(at, Moment { t: point.t, spots: vec![spot], beside: Vec::new() }),
+            if peak || point.short {
+                let end = point.share == 0.0 || point.share == 1.0;
+                let spot = Spot { share: point.share, hint: point.hint, end };
+                let moment = self.moment(point.t);
+                if moment.spots.iter().all(|s| s.share != spot.share) {
+                    moment.spots.push(spot);
+                    found = true;
                 }
+            }
+        }
+        self.follow_beside(survey) || found
+    }
+
+    /// Watches the rest of the tool where it cuts deepest, if that is too deep. True when that is new.
+    fn follow_beside(&mut self, survey: &Survey) -> bool {
+        let (limit, family) = (self.setting.limits.overcut, self.setting.family);
+        let mut found = false;
+        for (j, (gouge, points)) in survey.gouges.iter().zip(survey.points.chunks(survey.heights)).enumerate() {
+            let next = [j.checked_sub(1), Some(j + 1)].into_iter().flatten();
+            let peak = next.filter_map(|k| survey.gouges.get(k)).all(|other| other <= gouge);
+            let (Some(first), Some(last)) = (points.first(), points.last()) else { continue };
+            if *gouge <= limit || !peak {
+                continue;
+            }
+            let moment = self.moment(first.t);
+            if moment.beside.is_empty() {
+                moment.beside = beside(family, first.hint.place, last.hint.place);
                 found = true;
             }
         }
         found
     }
 
-    /// The deviation at `x` that strains its limit most, mm.
-    pub(super) fn worst(&mut self, x: &[f64]) -> Option<f64> {
+    /// What is followed at an instant.
+    fn moment(&mut self, t: f64) -> &mut Moment {
+        let at = self.moments.partition_point(|m| m.t < t);
+        if self.moments.get(at).is_none_or(|m| m.t != t) {
+            self.moments.insert(at, Moment { t, spots: Vec::new(), beside: Vec::new() });
+        }
+        &mut self.moments[at]
+    }
+
+    /// Sets the price of steps for where `x` stands, and returns the first trust region, mm.
+    pub(super) fn ready(&mut self, x: &[f64]) -> Option<f64> {
         let mut rows = Rows::default();
         self.linearize(x, &mut rows)?;
         let (tau, trespass) = rows.largest_error()?;
-        Some((tau * self.setting.limits.undercut).max(trespass))
+        let worst = (tau * self.setting.limits.undercut).max(trespass / COVER).max(RESOLUTION);
+        self.price = self.setting.limits.strain_of(worst) / (ROUGH * worst).powi(2);
+        Some(BOLD * worst)
     }
 
     /// Adds a row whose gradients with respect to the rail points at `t` are given.
     fn add(&self, rows: &mut Rows, t: f64, value: f64, sides: Sides, (lower, upper): (Vector, Vector)) {
         let (first, run) = self.rails.gradient(t, &lower, &upper);
         rows.bound(value, sides, run.into_iter().enumerate().map(move |(i, g)| (first + i, g)));
+    }
+
+    /// Adds a row that holds the way of an envelope point beyond a border, `out` leading away from it.
+    ///
+    /// The point c + r n moves with its sphere's centre c and as the normal n turns: with the axis d, whose angle to n
+    /// stays, and about d by the angle -(n . dv - (n . dd)(d . v)) / ((d x n) . v), since n stays square to the velocity v
+    /// of c.
+    fn add_cover(
+        &self,
+        rows: &mut Rows,
+        (t, at): (f64, &Instant),
+        touch: &Touch,
+        beyond: f64,
+        sides: Sides,
+        out: &Vector,
+    ) {
+        let (axis, normal) = (at.rate.pose.axis.into_inner(), -touch.normal);
+        let share = (touch.centre_height - self.rails.lower_height) / at.length;
+        let velocity = at.rate.tip_rate + at.rate.axis_rate * touch.centre_height;
+        let around = axis.cross(&normal);
+        let radius = self.setting.family.radius(touch.centre_height).0;
+        let turn = COVER * radius * around.dot(out) / around.dot(&velocity);
+        let turn = if turn.is_finite() { -turn } else { 0.0 };
+        let tilt = -COVER * radius * axis.dot(out) - turn * axis.dot(&velocity);
+        let tilted = (normal - axis * normal.dot(&axis)) * (tilt / at.length);
+        let (lower, upper) = axis_gradient(&(out * COVER), &axis, share);
+        let (lower, upper) = (lower - tilted, upper + tilted);
+        let (lower_rate, upper_rate) = axis_gradient(&(normal * turn), &axis, share);
+        let (first, run) = self.rails.rate_gradient(t, (&lower, &upper), (&lower_rate, &upper_rate));
+        rows.bound(COVER * beyond, sides, run.into_iter().enumerate().map(move |(i, g)| (first + i, g)));
     }
 
     /// Deviation of one point, and whether it reaches its border.
@@ -190,33 +268,40 @@ impl<'a> Polish<'a> {
         let sides = self.sides(frame);
         self.add(rows, t, touch.foot.distance, sides, along(&touch.normal));
         let borders = self.setting.borders;
-        let must = |over: bool| if over { Sides::at_least(PASSED) } else { Sides::FREE };
+        // Beside the surface a border need not be reached, the less the farther: no point may step over its edge to where
+        // it would suddenly come short.
+        let must = || match frame.within(BESIDE_MARGIN) {
+            true => Sides::at_least(COVER * (PASSED - frame.off)),
+            false => Sides::FREE,
+        };
         if spot.end {
             let (tangent, rate) = frame.across_gauge()?;
             let low = spot.share < 0.5;
             let (beyond, out) =
                 if low { (borders.low - frame.place.0, -tangent) } else { (frame.place.0 - borders.high, tangent) };
-            self.add(rows, t, beyond / rate, must(frame.within(0.0)), along(&out));
+            self.add_cover(rows, (t, at), &touch, beyond / rate, must(), &out);
         }
         if self.is_end(t) {
             let (tangent, rate) = frame.along_gauge()?;
             let first = t == self.ends.0;
             let (beyond, out) =
                 if first { (borders.first - frame.place.1, -tangent) } else { (frame.place.1 - borders.last, tangent) };
-            self.add(rows, t, beyond / rate, must(frame.within(BESIDE_MARGIN)), along(&out));
+            self.add_cover(rows, (t, at), &touch, beyond / rate, must(), &out);
         }
         Some(())
     }
 
-    /// Limits of a deviation over the part, and beside it, where the part goes on along its tangent but the motion need
-    /// not: there the allowance grows with the square of the distance. Without it a sample that a step carries over the
-    /// edge would count from nothing.
+    /// Limits of a deviation over the part, and beside it, where the motion need not follow: there the allowance grows with
+    /// the square of the distance. As far as the part goes on like itself it counts in full, lest its edge come to lie
+    /// between two instants and the error there be seen by none.
     fn sides(&self, frame: &Frame) -> Sides {
         let limits = self.setting.limits.sides();
-        if frame.inside() {
+        let continued = self.setting.chart.continued();
+        if frame.within(continued) {
             return limits;
         }
-        let allowance = frame.off * frame.off / self.setting.family.radius(self.rails.lower_height).0;
+        let off = frame.off * (1.0 - continued / frame.beyond);
+        let allowance = off * off / self.setting.family.radius(self.rails.lower_height).0;
         match allowance.is_finite() {
             true => Sides { allowance, hard_below: limits.hard_below + allowance, ..limits },
             false => Sides::FREE,
@@ -228,6 +313,19 @@ impl<'a> Polish<'a> {
         let axis = at.rate.pose.axis.into_inner();
         let left = self.setting.family.highest() - self.rails.lower_height - at.length;
         self.add(rows, t, left, Sides::at_least(0.0), (axis, -axis));
+    }
+
+    /// The axis must keep to the directions that the machine makes. In mm at the flank's end: the axis turns by what its
+    /// ends move apart across it, over its length.
+    fn bound_row(&self, rows: &mut Rows, t: f64, at: &Instant) {
+        let Some(bound) = self.setting.family.bound() else { return };
+        match bound.pull(&at.rate.pose.axis.into_inner()) {
+            Some((by, out)) => {
+                let left = (HELD - by) * at.length;
+                self.add(rows, t, COVER * left, Sides::at_least(0.0), (out * COVER, -out * COVER));
+            }
+            None => rows.bound(0.0, Sides::FREE, []),
+        }
     }
 
     fn is_end(&self, t: f64) -> bool {
@@ -274,10 +372,8 @@ impl<'a> Polish<'a> {
 }
 
 /// Everything of the tool that is not between the rails.
-fn beside(family: &SphereFamily, spots: &[Spot]) -> Vec<Beside> {
+fn beside(family: &SphereFamily, low: (f64, f64), high: (f64, f64)) -> Vec<Beside> {
     let at = |at: Place, place: (f64, f64)| Beside { at, place, clear: 0.0, seen: Vector::zeros() };
-    let (Some(first), Some(last)) = (spots.first(), spots.last()) else { return Vec::new() };
-    let (low, high) = (first.hint.place, last.hint.place);
     let above = (1..=ABOVE).map(|i| at(Place::Above(i as f64 / ABOVE as f64), high));
     let below = family.below().iter().map(|(height, radius)| at(Place::Below(*height, *radius), low));
     let body = family.body().iter().map(|(height, radius)| at(Place::Body(*height, *radius), high));
@@ -311,6 +407,7 @@ impl Minimax for Polish<'_> {
         let done = moments.iter_mut().try_for_each(|moment| {
             let at = probe.instant(moment.t)?;
             self.length_row(rows, moment.t, &at);
+            self.bound_row(rows, moment.t, &at);
             moment.spots.iter_mut().try_for_each(|spot| self.spot_rows(rows, &probe, (moment.t, &at), spot))?;
             moment.beside.iter_mut().try_for_each(|beside| self.beside_row(rows, (moment.t, &at), beside))
         });

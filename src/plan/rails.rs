@@ -43,13 +43,6 @@ impl Rails {
         Some(RuledMotion { lower: rail(0)?, upper: rail(3)?, lower_height: self.lower_height })
     }
 
-    /// The unknowns that stand for a motion; `None` if its rails have another number of control points.
-    pub(super) fn resume(&self, motion: &RuledMotion) -> Option<Vec<f64>> {
-        let pairs = motion.lower.control().iter().zip(motion.upper.control());
-        let x: Vec<f64> = pairs.flat_map(|(a, b)| [a.x, a.y, a.z, b.x, b.y, b.z]).collect();
-        (x.len() == self.unknowns()).then_some(x)
-    }
-
     /// Lower and upper rail points at `t`.
     pub(super) fn points(&self, x: &[f64], t: f64) -> (Point, Point) {
         let basis = self.knots.basis(t);
@@ -75,6 +68,26 @@ impl Rails {
             }
         }
         (basis.first * BLOCK, run)
+    }
+
+    /// The same of something that depends on the velocities of the rail points as well, given by what it changes with
+    /// them.
+    pub(super) fn rate_gradient(
+        &self,
+        t: f64,
+        (lower, upper): (&Vector, &Vector),
+        (lower_rate, upper_rate): (&Vector, &Vector),
+    ) -> (usize, [f64; RUN]) {
+        let basis = self.knots.basis(t);
+        let (first, mut run) = self.gradient(t, lower, upper);
+        for i in 0..4 {
+            let b = basis.ders[1][i];
+            for c in 0..3 {
+                run[i * BLOCK + c] += b * lower_rate[c];
+                run[i * BLOCK + 3 + c] += b * upper_rate[c];
+            }
+        }
+        (first, run)
     }
 
     /// Unknowns `i` of three neighbouring blocks, for second differences: (first of three, its value under `x`).

@@ -33,7 +33,7 @@ impl PartialEq for AxisBound {
 /// Instants at which a strip's axis is looked at.
 const INSTANTS: usize = 64;
 /// How far inside the bound fits keep, radians: what refines them may move the axis a little.
-const MARGIN: f64 = 0.003;
+pub(super) const MARGIN: f64 = 0.003;
 /// Rounding, radians.
 const SLACK: f64 = 1e-8;
 /// Half the angle, radians, across which the way back inside is felt for.

@@ -13,6 +13,10 @@ use crate::geometry::Point;
 const JUDGED: usize = 9;
 /// Slants tried to each side.
 const SLANTS: i32 = 24;
+/// What the largest slant must gain of a ruling's squared misfit.
+const SLANT_PRICE: f64 = 0.2;
+/// Share of the flank that a slanted ruling may take.
+const USABLE: f64 = 0.96;
 /// Largest slant tried, as a multiple of the strip's width.
 const LARGEST_SLANT: f64 = 1.4;
 
@@ -23,7 +27,7 @@ pub(super) struct Ruling {
     pub(super) lower: Point,
     /// Centre of the upper sphere, mm.
     pub(super) upper: Point,
-    /// Root mean square deviation of the flank once the ruling may still shift and tilt, mm.
+    /// Root mean square deviation of the flank over the surface once the ruling may still shift and tilt, mm.
     pub(super) misfit: f64,
 }
 
@@ -43,30 +47,30 @@ pub(super) fn ruling(
         upper = head.point + head.normal * family.radius(height).0;
     }
     let (span, length) = (upper - lower, (upper - lower).norm());
-    let mut errors = [0.0; JUDGED];
-    for (k, error) in errors.iter_mut().enumerate() {
+    // Beside the surface a ruling may lie as it likes.
+    let mut errors = Vec::with_capacity(JUDGED);
+    for k in 0..JUDGED {
         let f = k as f64 / (JUDGED - 1) as f64;
         let near = (low + f * (high - low), from + f * (to - from));
         let at = chart.foot(&(lower + span * f), near)?;
-        *error = at.distance - family.radius(lower_height + f * length).0;
+        if at.frame.inside() {
+            errors.push((f, at.distance - family.radius(lower_height + f * length).0));
+        }
     }
     Some(Ruling { lower, upper, misfit: misfit(&errors) })
 }
 
-/// Root mean square distance of equally spaced values from their regression line.
-fn misfit(values: &[f64]) -> f64 {
-    let n = values.len() as f64;
-    let middle = (n - 1.0) / 2.0;
-    let mean = values.iter().sum::<f64>() / n;
-    let (mut moment, mut spread) = (0.0, 0.0);
-    for (i, v) in values.iter().enumerate() {
-        let x = i as f64 - middle;
-        moment += x * v;
-        spread += x * x;
+/// Root mean square distance of values, each with its place, from their regression line; 0 for fewer than three.
+fn misfit(values: &[(f64, f64)]) -> f64 {
+    if values.len() < 3 {
+        return 0.0;
     }
-    let slope = moment / spread;
-    let squares: f64 = values.iter().enumerate().map(|(i, v)| (v - mean - slope * (i as f64 - middle)).powi(2)).sum();
-    (squares / n).sqrt()
+    let n = values.len() as f64;
+    let sum = |of: &dyn Fn(&(f64, f64)) -> f64| values.iter().map(of).sum::<f64>();
+    let (middle, mean) = (sum(&|v| v.0) / n, sum(&|v| v.1) / n);
+    let spread = sum(&|v| (v.0 - middle).powi(2));
+    let slope = sum(&|v| (v.0 - middle) * v.1) / spread;
+    (sum(&|v| (v.1 - mean - slope * (v.0 - middle)).powi(2)) / n).sqrt()
 }
 
 /// The borders (`low`, `high`), and how many instants.
@@ -93,7 +97,7 @@ pub(super) struct StripStart {
     pub(super) spec: StripSpec,
     /// One ruling per time sample: sphere centres on the lower and the upper rail.
     pub(super) rulings: Vec<(Point, Point)>,
-    /// Root mean square of the rulings' misfits, mm.
+    /// Largest misfit of the rulings, mm.
     pub(super) misfit: f64,
 }
 
@@ -122,13 +126,12 @@ pub(super) fn start_strip(
         (0..band.instants).map(|j| first + (last - first) * j as f64 / (band.instants - 1) as f64).collect();
     let upper_time: Vec<f64> = lower_time.iter().map(|h| h + slant(*h)).collect();
     let mut rulings = Vec::with_capacity(band.instants);
-    let mut squares = 0.0;
+    let mut misfit = 0.0_f64;
     for (from, to) in lower_time.iter().zip(&upper_time) {
         let found = ruling(chart, family, lower_height, (band.low, band.high), (*from, *to))?;
-        squares += found.misfit * found.misfit;
+        misfit = misfit.max(found.misfit);
         rulings.push((found.lower, found.upper));
     }
-    let misfit = (squares / band.instants as f64).sqrt();
     let spec = StripSpec { low: band.low, high: band.high, lower_time, upper_time };
     Some(StripStart { spec, rulings, misfit })
 }
@@ -158,10 +161,11 @@ fn choose_slants(
     let candidates: Vec<f64> = (-SLANTS..=SLANTS).map(|i| f64::from(i) * step).collect();
     let interval = times[1] - times[0];
     // A slanted ruling needs a longer flank; the fit may lengthen it a little more.
-    let longest = 0.93 * (family.highest() - lower_height);
+    let longest = USABLE * (family.highest() - lower_height);
     let price = 1e-9 * width * width;
     let mut best: Vec<f64> = Vec::new();
     let mut from: Vec<Vec<usize>> = Vec::new();
+    let mut costs: Vec<Vec<f64>> = Vec::new();
     for (j, h) in times.iter().enumerate() {
         let local: Vec<f64> = candidates
             .iter()
@@ -169,9 +173,12 @@ fn choose_slants(
                 let found = ruling(chart, family, lower_height, (band.low, band.high), (*h, h + slant));
                 let lean = slant / (step * f64::from(SLANTS));
                 let fits = |r: &Ruling| *slant == 0.0 || (r.upper - r.lower).norm() <= longest;
-                found.filter(fits).map_or(f64::INFINITY, |r| r.misfit * r.misfit + price * lean * lean)
+                // Slant pays only where it clearly fits better: on a cylinder, say, every slant fits alike.
+                let cost = |r: Ruling| r.misfit * r.misfit * (1.0 + SLANT_PRICE * lean * lean) + price * lean * lean;
+                found.filter(fits).map_or(f64::INFINITY, cost)
             })
             .collect();
+        costs.push(local.clone());
         if j == 0 {
             best = local;
             continue;
@@ -200,13 +207,22 @@ fn choose_slants(
     if !best[at].is_finite() {
         return None;
     }
-    let mut chosen = vec![candidates[at]];
+    let mut path = vec![at];
     for back in from.iter().rev() {
         at = back[at];
-        chosen.push(candidates[at]);
+        path.push(at);
     }
-    chosen.reverse();
-    Some(chosen)
+    path.reverse();
+    Some(path.iter().zip(&costs).map(|(at, local)| candidates[*at] + step * lowest(local, *at)).collect())
+}
+
+/// Where the parabola through a value and its two neighbours is lowest, in steps from it, within half a step.
+fn lowest(values: &[f64], at: usize) -> f64 {
+    let (Some(before), Some(after)) = (at.checked_sub(1).and_then(|i| values.get(i)), values.get(at + 1)) else {
+        return 0.0;
+    };
+    let bend = before - 2.0 * values[at] + after;
+    if bend > 0.0 && bend.is_finite() { (0.5 * (before - after) / bend).clamp(-0.5, 0.5) } else { 0.0 }
 }
 
 #[cfg(test)]
@@ -214,10 +230,16 @@ mod tests {
     use super::*;
 
     #[test]
+    fn lowest_point_between_values_is_found() {
+        let values: Vec<f64> = (0..5).map(|i| (f64::from(i) - 2.3).powi(2)).collect();
+        assert!((lowest(&values, 2) - 0.3).abs() < 1e-12);
+        assert_eq!((lowest(&values, 0), lowest(&[1.0, 0.0, f64::INFINITY], 1)), (0.0, 0.0));
+    }
+
+    #[test]
     fn misfit_ignores_shift_and_tilt() {
-        let line: Vec<f64> = (0..JUDGED).map(|i| 3.0 - 0.7 * i as f64).collect();
-        assert!(misfit(&line) < 1e-12);
-        let bent: Vec<f64> = (0..JUDGED).map(|i| (i as f64 - 4.0).powi(2)).collect();
-        assert!(misfit(&bent) > 1.0);
+        let at = |of: &dyn Fn(f64) -> f64| (0..JUDGED).map(|i| (i as f64, of(i as f64))).collect::<Vec<_>>();
+        assert!(misfit(&at(&|x| 3.0 - 0.7 * x)) < 1e-12);
+        assert!(misfit(&at(&|x| (x - 4.0).powi(2))) > 1.0);
     }
 }

@@ -35,20 +35,23 @@ fn observed(method: Method, observer: &dyn Observer) -> Plan {
         tip: Some(TipSide::Low),
         ..Strategy::new(StrategyKind::SingleSweep)
     };
-    plan(&PlanRequest {
+    plan(&PlanRequest { observer, ..request(&part, &tool, &strategy) }).unwrap()
+}
+
+fn request<'a>(part: &'a Part, tool: &'a Tool, strategy: &'a Strategy) -> PlanRequest<'a> {
+    PlanRequest {
         name: "twisted",
-        part: &part,
-        tool: &tool,
-        strategy: &strategy,
+        part,
+        tool,
+        strategy,
         overcut_tolerance: 0.001,
         undercut_tolerance: 0.001,
         cut_feed: 600.0,
         feed_reference: FeedReference::Mid,
         spindle_rpm: 8000.0,
         linearization: 0.0005,
-        observer,
-    })
-    .unwrap()
+        observer: &Unobserved,
+    }
 }
 
 #[test]

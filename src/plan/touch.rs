@@ -100,3 +100,32 @@ pub(super) fn axis_gradient(direction: &Vector, axis: &Vector, share: f64) -> (V
     let turned = (direction - axis * direction.dot(axis)) * share;
     (direction - turned, turned)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Point;
+    use proptest::prelude::*;
+
+    fn vector() -> impl Strategy<Value = Vector> {
+        [-2.0..2.0_f64, -2.0..2.0, -2.0..2.0].prop_map(Vector::from)
+    }
+
+    proptest! {
+        /// Against central differences of n . c, c = a + beta d.
+        #[test]
+        fn gradient_is_that_of_the_axis_point(a in vector(), span in vector(), n in vector(), share in -1.0..2.0_f64) {
+            prop_assume!(span.norm() > 0.5);
+            let (a, b) = (Point::from(a), Point::from(a + span));
+            let beta = share * span.norm();
+            let value = |a: Point, b: Point| n.dot(&(a + (b - a).normalize() * beta).coords);
+            let (lower, upper) = axis_gradient(&n, &span.normalize(), share);
+            for i in 0..3 {
+                let step = Vector::ith(i, 1e-5);
+                let by_a = (value(a + step, b) - value(a - step, b)) / 2e-5;
+                let by_b = (value(a, b + step) - value(a, b - step)) / 2e-5;
+                prop_assert!((by_a - lower[i]).abs() < 1e-7 && (by_b - upper[i]).abs() < 1e-7);
+            }
+        }
+    }
+}

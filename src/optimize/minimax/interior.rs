@@ -15,9 +15,9 @@ const BANDED_SHARE: f64 = 0.34;
 /// Most iterations.
 const ITERATIONS: usize = 60;
 /// Duality gap, against an objective of about 1, at which a solution is good enough to be judged.
-const GAP: f64 = 1e-7;
+const GAP: f64 = 1e-5;
 /// Gradient of the Lagrangian at which it is.
-const RESIDUAL: f64 = 1e-6;
+const RESIDUAL: f64 = 1e-5;
 /// Share of the way to the boundary that a step may go.
 const BOLDNESS: f64 = 0.995;
 /// Multiplier from which a side is taken to hold the solution back.

@@ -1,0 +1,101 @@
+//! What a strip's error will be, foreseen from its rulings alone: tens of times cheaper than a fit.
+
+use super::assess::Borders;
+use super::chart::Chart;
+use super::fit::SphereFamily;
+use super::start::{Band, start_strip};
+use crate::diagnostic::Result;
+use rayon::prelude::*;
+
+/// Instants at which a strip is looked at.
+const INSTANTS: usize = 13;
+/// Largest error over root mean square of the misfit of a straight flank, both two-sided: 720^0.5 / 16.
+const PEAK: f64 = 1.68;
+/// Rounds in which borders are moved.
+const ROUNDS: usize = 3;
+/// Ratio of the largest error to the mean below which errors count as alike.
+const ALIKE: f64 = 1.1;
+/// How strongly widths answer errors, and the least share of the largest error that a strip counts with.
+const ANSWER: f64 = 0.25;
+const LEAST_SHARE: f64 = 0.2;
+
+/// Largest error, mm, of both signs alike, foreseen for the strip between g = `low` and g = `high`; `None` where no ruling
+/// fits.
+pub(super) fn strip_error(chart: &Chart<'_>, family: &SphereFamily, (low, high): (f64, f64)) -> Option<f64> {
+    let (first, last) = chart.span(low, high);
+    let borders = Borders { low, high, first, last };
+    let band = Band { borders, low, high, overrun: 0.0, instants: INSTANTS, slanted: true };
+    Some(PEAK * start_strip(chart, family, family.lowest(), &band)?.misfit)
+}
+
+/// Borders moved until the strips' foreseen errors are alike, or all below `enough`, no strip wider than `widest` tells.
+pub(super) fn evened_ahead(
+    chart: &Chart<'_>,
+    family: &SphereFamily,
+    mut borders: Vec<f64>,
+    enough: f64,
+    widest: impl Fn(&[f64]) -> Result<Vec<f64>>,
+) -> Result<Vec<f64>> {
+    let mut best: Option<(f64, Vec<f64>)> = None;
+    for _ in 0..=ROUNDS {
+        let errors: Vec<f64> = borders
+            .par_windows(2)
+            .map(|pair| strip_error(chart, family, (pair[0], pair[1])).unwrap_or(f64::INFINITY))
+            .collect();
+        let worst = errors.iter().copied().fold(0.0, f64::max);
+        let mean = errors.iter().sum::<f64>() / errors.len() as f64;
+        if best.as_ref().is_none_or(|(least, _)| worst < *least) {
+            best = Some((worst, borders.clone()));
+        }
+        if worst <= enough || worst <= ALIKE * mean || !worst.is_finite() {
+            break;
+        }
+        borders = evened(&borders, &errors, &widest(&borders)?);
+    }
+    Ok(best.map_or(borders, |(_, borders)| borders))
+}
+
+/// Borders with the strips' widths changed against their errors, in any unit, none wider than it may be.
+pub(super) fn evened(borders: &[f64], errors: &[f64], widest: &[f64]) -> Vec<f64> {
+    let worst = errors.iter().copied().fold(0.0, f64::max);
+    if !(worst > 0.0 && worst.is_finite()) {
+        return borders.to_vec();
+    }
+    let answer = |error: &f64| (error / worst).max(LEAST_SHARE).powf(-ANSWER);
+    let aims: Vec<f64> = borders.windows(2).zip(errors).map(|(pair, e)| (pair[1] - pair[0]) * answer(e)).collect();
+    // Widths in proportion to the aims; what the widest may not take goes to the others.
+    let mut held = vec![false; aims.len()];
+    let widths = loop {
+        let (mut room, mut aim) = (1.0, 0.0);
+        for ((aimed, most), held) in aims.iter().zip(widest).zip(&held) {
+            if *held { room -= most } else { aim += aimed }
+        }
+        if aim <= 0.0 || room <= 0.0 {
+            return borders.to_vec();
+        }
+        let width = |i: usize| if held[i] { widest[i] } else { aims[i] * room / aim };
+        let widths: Vec<f64> = (0..aims.len()).map(width).collect();
+        let Some(over) = (0..aims.len()).find(|i| !held[*i] && widths[*i] > widest[*i]) else { break widths };
+        held[over] = true;
+    };
+    let mut moved = borders.to_vec();
+    for (i, width) in widths.iter().enumerate().take(aims.len() - 1) {
+        moved[i + 1] = moved[i] + width;
+    }
+    moved
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn strips_with_larger_errors_become_narrower_and_none_wider_than_it_may_be() {
+        let borders = [0.0, 0.25, 0.5, 0.75, 1.0];
+        let moved = evened(&borders, &[4.0, 1.0, 1.0, 1.0], &[0.5, 0.5, 0.26, 0.5]);
+        let widths: Vec<f64> = moved.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        assert!((widths.iter().sum::<f64>() - 1.0).abs() < 1e-12);
+        assert!(widths[0] < 0.25 && widths[1] > 0.26 && (widths[2] - 0.26).abs() < 1e-12, "{widths:?}");
+        assert!((widths[1] - widths[3]).abs() < 1e-12);
+    }
+}
