@@ -109,7 +109,7 @@ impl Contacts {
     ) {
         let rays: Vec<NormalRay> = part.samples.iter().map(|s| ray_of(&s.sample)).collect();
         let left = |index: usize| part.samples[index].deviation().unwrap_or(outward);
-        let touches = sweep.lowest_all(&rays, |index| left(index) - allowance);
+        let touches = sweep.lowest_all(&rays, |index| (None, left(index) - allowance));
         for (index, touch) in touches.into_iter().enumerate() {
             if let Some(Touch { depth, when, .. }) = touch {
                 self.add(runs, Contact { body, obstacle: Obstacle::Part, when, depth: left(index) - depth });

@@ -48,7 +48,7 @@ pub(super) fn measure<M: BlockMotion>(
 ) -> PartDeviation {
     let mut grid = surface.sample(fineness.spacing);
     draw_in_border(surface, &mut grid, fineness.border);
-    let samples = measure_samples(sweep, grid.samples.clone());
+    let samples = measure_samples(sweep, grid.samples.clone(), |_| None);
     let areas = vertex_areas(&grid);
     let extremes = |side| Refinement::new(surface, sweep, window, &grid, &samples, side).run(fineness.change);
     let ((over, over_count), (under, under_count)) = (extremes(Side::Overcut), extremes(Side::Undercut));

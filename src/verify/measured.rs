@@ -1,6 +1,6 @@
 //! A sample of the part with what cut it. Uses `part` and the sweep.
 
-use super::motion_tree::BlockMotion;
+use super::motion_tree::{BlockMotion, Instant};
 use super::ray::NormalRay;
 use super::sweep::Sweep;
 use super::swept::Touch;
@@ -22,13 +22,14 @@ impl MeasuredSample {
     }
 }
 
-/// Measures samples.
+/// Measures samples; `hint` gives of each by its index a time that is likely to be when it is cut.
 pub(super) fn measure_samples<M: BlockMotion>(
     sweep: &Sweep<'_, M>,
     samples: Vec<SurfaceSample>,
+    hint: impl Fn(usize) -> Option<Instant> + Sync + Send,
 ) -> Vec<MeasuredSample> {
     let rays: Vec<NormalRay> = samples.iter().map(ray_of).collect();
-    let touches = sweep.lowest_all(&rays, |_| f64::INFINITY);
+    let touches = sweep.lowest_all(&rays, |index| (hint(index), f64::INFINITY));
     samples.into_iter().zip(touches).map(|(sample, touch)| MeasuredSample { sample, touch }).collect()
 }
 

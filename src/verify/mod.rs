@@ -20,6 +20,7 @@ mod ray;
 mod record;
 mod refine;
 mod round_trip;
+mod settle;
 mod stock;
 mod strips;
 mod sweep;

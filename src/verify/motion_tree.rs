@@ -2,7 +2,7 @@
 //! on how far the true motion leaves that. Uses `geometry`, `motion` and `simulate`.
 
 use super::body::Body;
-use crate::geometry::Vector;
+use crate::geometry::{Direction, Point, Vector};
 use crate::motion::Pose;
 use crate::simulate::{Segment, SegmentKind, ToolMotion};
 
@@ -51,18 +51,27 @@ pub struct Instant {
     pub share: f64,
 }
 
-/// Motion about a pose: at tau in [-1, 1] the tip is `pose.tip + tau tip_rate` and the axis `pose.axis + tau axis_rate`,
+/// Motion about a pose: at tau in `range` (from -1 to 1 where the pose is the middle one) the tip is `pose.tip + tau tip_rate` and the axis `pose.axis + tau axis_rate`,
 /// but for an error bounded at the tip and at the reference height.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Linear {
     pub(super) pose: Pose,
     pub(super) tip_rate: Vector,
     pub(super) axis_rate: Vector,
+    pub(super) range: (f64, f64),
     /// Length of `axis_rate`.
     pub(super) turn: f64,
     pub(super) tip_error: f64,
     pub(super) top_error: f64,
 }
+
+/// Feet on a joint motion are taken this far out at most: it returns to its middle seldom.
+const MOST: f64 = 2.0;
+/// Motions that leave their line by less than this are halved, mm.
+const STRAIGHT: f64 = 1e-4;
+
+/// The range of tau about a middle pose.
+const WHOLE: (f64, f64) = (-1.0, 1.0);
 
 /// A stretch of one block with what halving it needs.
 #[derive(Clone, Copy, Debug)]
@@ -117,13 +126,36 @@ impl Linear {
     /// The pose half way, not moving.
     pub(super) fn standing(&self) -> Self {
         let (zero, none) = (Vector::zeros(), 0.0);
-        Self { pose: self.pose, tip_rate: zero, axis_rate: zero, turn: none, tip_error: none, top_error: none }
+        Self { tip_rate: zero, axis_rate: zero, turn: none, tip_error: none, top_error: none, ..*self }
+    }
+
+    /// The same motion about where its axis point at `height` comes nearest to a point. That pose is one of the line,
+    /// not of the motion.
+    pub(super) fn about(&self, point: &Point, height: f64, reference: f64) -> Self {
+        let rate = self.tip_rate + self.axis_rate * height;
+        let square = rate.norm_squared();
+        let along = (point - self.pose.at_height(height)).dot(&rate);
+        let tau = if square > 0.0 { (along / square).clamp(self.range.0, self.range.1) } else { 0.0 };
+        let (tip, direction) = self.at(tau);
+        let Some(axis) = Direction::try_new(direction, 0.5) else { return *self };
+        Self {
+            pose: Pose { tip: tip.into(), axis },
+            range: (self.range.0 - tau, self.range.1 - tau),
+            top_error: self.top_error + (direction.norm() - 1.0).abs() * reference,
+            ..*self
+        }
     }
 
     /// Bound on the error of the axis point at `height`: the error is affine along the axis, its norm convex.
     pub(super) fn error_at(&self, height: f64, reference: f64) -> f64 {
         let share = height / reference;
         (1.0 - share).abs() * self.tip_error + share.abs() * self.top_error
+    }
+
+    /// How far tip and reference point go from the pose along the line, mm.
+    pub(super) fn way(&self, reference: f64) -> f64 {
+        let rate = self.tip_rate.norm().max((self.tip_rate + self.axis_rate * reference).norm());
+        rate * self.range.1.max(-self.range.0)
     }
 
     /// Bound on how far any point of a body about the axis, between two heights and within a radius, goes from where it
@@ -139,6 +171,13 @@ impl Linear {
     /// Bound on the error of the axis direction.
     pub(super) fn axis_error(&self, reference: f64) -> f64 {
         (self.tip_error + self.top_error) / reference
+    }
+}
+
+impl Node {
+    /// True where an instant lies in one of the node's blocks.
+    pub(super) fn holds(&self, when: Instant) -> bool {
+        (self.blocks.0 as usize..self.blocks.1 as usize).contains(&when.block)
     }
 }
 
@@ -183,7 +222,8 @@ impl Part {
             (pose.at_height(height).coords - middle).norm() + bend
         };
         let (tip_error, top_error) = (off(0.0, bends[0]), off(reference, bends[1]));
-        let linear = Linear { pose, tip_rate, axis_rate, turn: axis_rate.norm(), tip_error, top_error };
+        let (range, turn) = (WHOLE, axis_rate.norm());
+        let linear = Linear { pose, tip_rate, axis_rate, range, turn, tip_error, top_error };
         Self { stretch: Stretch { block: block as u32, from, to, linear }, ends, bends }
     }
 
@@ -229,9 +269,9 @@ impl MotionTree {
             self.nodes.push(Node { stretch: *leaf, blocks, right: 0 });
             return;
         }
-        let stretch = join(leaves, self.reference);
+        let (stretch, split) = join(leaves, self.reference);
         self.nodes.push(Node { stretch, blocks, right: 0 });
-        let (left, right) = leaves.split_at(leaves.len() / 2);
+        let (left, right) = leaves.split_at(split);
         self.grow(left);
         self.nodes[index].right = self.nodes.len() as u32;
         self.grow(right);
@@ -256,15 +296,9 @@ impl Bounds {
         Self { low: self.low.inf(&other.low), high: self.high.sup(&other.high) }
     }
 
-    /// The box with a margin on all sides.
-    pub(super) fn grown(&self, margin: f64) -> Self {
-        let margin = Vector::repeat(margin);
-        Self { low: self.low - margin, high: self.high + margin }
-    }
-
-    /// True where a box around the segment between two points misses this box.
-    pub(super) fn misses(&self, a: &Vector, b: &Vector) -> bool {
-        (0..3).any(|i| a[i].max(b[i]) < self.low[i] || a[i].min(b[i]) > self.high[i])
+    /// True where a box around the segment between two points stays farther than `margin` from this box.
+    pub(super) fn misses(&self, a: &Vector, b: &Vector, margin: f64) -> bool {
+        (0..3).any(|i| a[i].max(b[i]) < self.low[i] - margin || a[i].min(b[i]) > self.high[i] + margin)
     }
 }
 
@@ -286,8 +320,9 @@ fn swept_box(linear: &Linear, body: &Body, reference: f64) -> Bounds {
 ///
 /// Each end of a stretch's chord is laid at the tau of its foot on the joint motion of tip and reference point; between
 /// the ends of a chord the error is at most that of the worse end, so the bound holds for the chords, and the stretches'
-/// own errors are added.
-fn join(leaves: &[Stretch], reference: f64) -> Stretch {
+/// own errors are added. Beside it which leaf begins the second half: where the motion leaves the line farthest, about the
+/// middle.
+fn join(leaves: &[Stretch], reference: f64) -> (Stretch, usize) {
     let middle = &leaves[leaves.len() / 2];
     let (first, last) = (&leaves[0], &leaves[leaves.len() - 1]);
     let pose = middle.linear.pose;
@@ -297,18 +332,32 @@ fn join(leaves: &[Stretch], reference: f64) -> Stretch {
     let top_rate = tip_rate + axis_rate * reference;
     let square = tip_rate.norm_squared() + top_rate.norm_squared();
     let turn = axis_rate.norm();
-    let mut linear = Linear { pose, tip_rate, axis_rate, turn, tip_error: 0.0, top_error: 0.0 };
-    for leaf in leaves {
+    let mut linear = Linear { pose, tip_rate, axis_rate, range: (0.0, 0.0), turn, tip_error: 0.0, top_error: 0.0 };
+    let mut corner = (0.0, leaves.len() / 2);
+    for (index, leaf) in leaves.iter().enumerate() {
         for end in [-1.0, 1.0] {
             let (tip, axis) = leaf.linear.at(end);
             let tip_off = tip - pose.tip.coords;
             let top_off = tip_off + (axis - pose.axis.into_inner()) * reference;
             let along = tip_off.dot(&tip_rate) + top_off.dot(&top_rate);
-            let tau = if square > 0.0 { (along / square).clamp(-1.0, 1.0) } else { 0.0 };
-            let error = |off: Vector, rate: Vector, own: f64| (off - rate * tau).norm() + own;
-            linear.tip_error = linear.tip_error.max(error(tip_off, tip_rate, leaf.linear.tip_error));
-            linear.top_error = linear.top_error.max(error(top_off, top_rate, leaf.linear.top_error));
+            let tau = if square > 0.0 { (along / square).clamp(-MOST, MOST) } else { 0.0 };
+            linear.range = (linear.range.0.min(tau), linear.range.1.max(tau));
+            let [tip_off, top_off] = [(tip_off - tip_rate * tau).norm(), (top_off - top_rate * tau).norm()];
+            linear.tip_error = linear.tip_error.max(tip_off + leaf.linear.tip_error);
+            linear.top_error = linear.top_error.max(top_off + leaf.linear.top_error);
+            let from_chord = |off: Vector, rate: Vector| {
+                let share =
+                    if square > 0.0 { off.dot(&rate) / rate.norm_squared().max(f64::MIN_POSITIVE) } else { 0.0 };
+                (off - rate * share).norm()
+            };
+            let off = from_chord(tip - ends.0.0, tip_rate)
+                + from_chord(tip - ends.0.0 + (axis - ends.0.1) * reference, top_rate);
+            if end < 0.0 && index > 0 && off > corner.0 {
+                corner = (off, index);
+            }
         }
     }
-    Stretch { block: middle.block, from: middle.from, to: middle.to, linear }
+    let split = if corner.0 > STRAIGHT { corner.1 } else { leaves.len() / 2 };
+    let stretch = Stretch { block: middle.block, from: middle.from, to: middle.to, linear };
+    (stretch, split.clamp(leaves.len().div_ceil(4), (3 * leaves.len()) / 4))
 }

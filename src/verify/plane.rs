@@ -48,6 +48,11 @@ impl Plane {
         }
         let (down, up) = (-falling.slope(ray), rising.slope(ray));
         let normal = Direction::try_new(falling.normal * up + rising.normal * down, 1e-6 * (down + up))?.into_inner();
+        Some(Self::support(&normal, linear, piece))
+    }
+
+    /// The tangent plane of a convex piece, at the stretch's own pose, with a given unit normal.
+    pub(super) fn support(normal: &Vector, linear: &Linear, piece: &Piece) -> Self {
         let axis = linear.pose.axis.into_inner();
         let axial = normal.dot(&axis);
         let across = normal - axis * axial;
@@ -55,7 +60,7 @@ impl Plane {
         let out = if radial > 0.0 { across / radial } else { across };
         let (height, radius) = piece.support(axial, radial);
         let foot = linear.pose.at_height(height).coords + out * radius;
-        Some(Self { normal, axial, radial, out, foot, pivot: pivot((height, radius), (axial, radial)) })
+        Self { normal: *normal, axial, radial, out, foot, pivot: pivot((height, radius), (axial, radial)) }
     }
 
     /// How the distance from the plane changes along the ray.
@@ -95,24 +100,31 @@ impl Plane {
         let normal_rate = linear.axis_rate * self.axial - axis * (self.radial * self.out.dot(&linear.axis_rate));
         let centre_error = linear.error_at(self.pivot, reference);
         let axis_error = linear.axis_error(reference);
-        let turn = linear.turn + axis_error;
-        let travel = centre_rate.norm() + centre_error;
+        let (first, last) = linear.range;
+        let far = last.max(-first);
+        let turn = linear.turn * far + axis_error;
+        let travel = centre_rate.norm() * far + centre_error;
         let normal_error = std::f64::consts::SQRT_2 * axis_error + 0.5 * self.radial.abs() * turn * turn;
+        // What normal and centre do to each other: their own rates by the sign that counts, the rest by its size.
+        let tilt = normal_rate.norm() * far;
+        let crossed = normal_rate.dot(&centre_rate).max(0.0) * far * far + tilt * centre_error + normal_error * travel;
+        let shortening = 0.5 * (tilt + normal_error).powi(2);
         let mut lowest = f64::INFINITY;
         for lambda in [ends.0, ends.1] {
             let point = ray.origin.coords + ray.normal.into_inner() * lambda;
             let lever = point - centre;
-            let arm = lever.norm();
-            let linear_part = (normal_rate.dot(&lever) - self.normal.dot(&centre_rate)).abs();
-            let mut value = self.normal.dot(&(point - self.foot))
-                - linear_part
-                - (centre_error + normal_error * arm + turn * travel);
+            // Along itself the normal changes by the second order only: its length stays 1.
+            let along = self.normal.dot(&lever);
+            let across = lever - self.normal * along;
+            let slope = normal_rate.dot(&across) - self.normal.dot(&centre_rate);
+            let mut value = self.normal.dot(&(point - self.foot)) + (slope * first).min(slope * last)
+                - (centre_error + normal_error * across.norm() + shortening * along.max(0.0) + crossed);
             let reach = fan.map_or(0.0, |fan| fan.reach(lambda));
             if let Some(fan) = fan {
-                value -= fan.spread(&self.normal, lambda) + (turn + normal_error) * reach;
+                value -= fan.spread(&self.normal, lambda) + (tilt + normal_error) * reach;
             }
             if piece.clear_radius.is_finite() {
-                let away = (point - self.foot).norm() + travel + turn * arm + reach;
+                let away = (point - self.foot).norm() + travel + turn * lever.norm() + reach;
                 value -= away * away / (2.0 * piece.clear_radius);
             }
             lowest = lowest.min(value);

@@ -5,10 +5,10 @@
 //! so half is what is counted on.
 
 use super::measured::{MeasuredSample, edges, measure_samples};
-use super::motion_tree::BlockMotion;
+use super::motion_tree::{BlockMotion, Instant};
 use super::sweep::Sweep;
 use super::swept::Window;
-use crate::geometry::Point;
+use crate::geometry::{Point, Vector};
 use crate::part::{DesignSurface, SampleGrid};
 
 /// Which extreme is looked for.
@@ -26,10 +26,7 @@ struct Facet {
     triangle: usize,
     weights: [[f64; 3]; 3],
     values: [f64; 3],
-    /// How steeply the deviation rises or falls at the corners: the tangent of the angle between tool and part.
-    slopes: [f64; 3],
-    /// Longest side, mm.
-    size: f64,
+    corners: [Corner; 3],
     /// How far the deviation may rise above its corners, mm.
     bump: f64,
 }
@@ -42,8 +39,13 @@ impl Facet {
     /// How high the deviation may be somewhere: by its bend, and by how far each corner's tangent can rise. The lesser
     /// counts: where the deviation jumps it seems to bend without end, where it is rough no tangent leads far.
     fn potential(&self) -> f64 {
-        let tangent = |(value, slope): (&f64, &f64)| value + slope * self.size;
-        let reach = self.values.iter().zip(&self.slopes).map(tangent).fold(f64::NEG_INFINITY, f64::max);
+        let tangent = |(value, from): (&f64, &Corner)| match from.rise {
+            Some(rise) => {
+                self.corners.iter().map(|to| value + rise.dot(&(to.point - from.point))).fold(*value, f64::max)
+            }
+            None => f64::INFINITY,
+        };
+        let reach = self.values.iter().zip(&self.corners).map(tangent).fold(f64::NEG_INFINITY, f64::max);
         reach.min(self.highest() + 2.0 * self.bump)
     }
 
@@ -51,6 +53,16 @@ impl Facet {
     fn score(&self) -> f64 {
         self.highest() + 0.1 * self.values.iter().sum::<f64>()
     }
+}
+
+/// What is known at the corner of a facet.
+#[derive(Clone, Copy)]
+struct Corner {
+    point: Point,
+    /// How the value rises along the part, as the tangent plane of the tool does; `None` where no tool is or lies along.
+    rise: Option<Vector>,
+    /// When it is cut.
+    when: Option<Instant>,
 }
 
 /// The search for one extreme.
@@ -75,6 +87,8 @@ const CLIMBERS: usize = 48;
 const CLIMB: usize = 14;
 /// Facets that a climb keeps.
 const BEAM: usize = 2;
+/// The samples spent end at those of the grid by this.
+const BUDGET: usize = 4;
 /// Facets split at once in the sweep over all.
 const BATCH: usize = 256;
 
@@ -102,8 +116,7 @@ impl<'a, M: BlockMotion> Refinement<'a, M> {
             triangle,
             weights: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
             values: corners.map(|v| values[v as usize]),
-            slopes: corners.map(|v| slope(&samples[v as usize])),
-            size: longest_side(corners.map(|v| samples[v as usize].sample.point)),
+            corners: corners.map(|v| side.corner(&samples[v as usize])),
             bump: corners.map(|v| bumps[v as usize]).into_iter().fold(0.0, f64::max),
         };
         // Overcut is not looked for next to uncut samples, where the deviation jumps: what no pass reaches fails anyway.
@@ -113,11 +126,11 @@ impl<'a, M: BlockMotion> Refinement<'a, M> {
     }
 
     /// Splits the facets that may rise above the highest value found until none may by more than `change`, or the
-    /// samples spent exceed those of the grid. Returns the extreme and the number of samples spent.
+    /// samples spent exceed a share of those of the grid. Returns the extreme and the number of samples spent.
     pub(super) fn run(mut self, change: f64) -> (Option<MeasuredSample>, usize) {
         self.facets.sort_by(|a, b| b.potential().total_cmp(&a.potential()));
         self.climb(change);
-        let budget = self.grid.samples.len().max(4096);
+        let budget = (self.grid.samples.len() / BUDGET).max(4096);
         while self.spent < budget && self.peak < self.clamp {
             let floor = self.peak + change;
             self.facets.retain(|f| f.potential() > floor);
@@ -154,7 +167,7 @@ impl<'a, M: BlockMotion> Refinement<'a, M> {
     }
 
     fn value(&self, sample: &MeasuredSample) -> f64 {
-        let sign = if self.side == Side::Undercut { 1.0 } else { -1.0 };
+        let sign = self.side.sign();
         sample.deviation().map_or(sign * self.uncut, |d| sign * d)
     }
 
@@ -172,13 +185,15 @@ impl<'a, M: BlockMotion> Refinement<'a, M> {
             let corners = self.grid.triangles[facet.triangle].map(|v| &self.grid.samples[v as usize]);
             facet.middles().map(|weights| self.surface.between(corners, weights))
         });
-        let measured = measure_samples(self.sweep, places.collect());
+        let hint = |index: usize| batch.get(index / 3).and_then(|facet| facet.corners[index % 3].when);
+        let measured = measure_samples(self.sweep, places.collect(), hint);
         self.spent += measured.len();
         for sample in &measured {
             self.consider(*sample);
         }
-        let found: Vec<(f64, f64)> = measured.iter().map(|sample| (self.value(sample), slope(sample))).collect();
-        let quarters = |(facet, found): (&Facet, &[(f64, f64)])| facet.quarters([found[0], found[1], found[2]]);
+        let found: Vec<(f64, Corner)> =
+            measured.iter().map(|sample| (self.value(sample), self.side.corner(sample))).collect();
+        let quarters = |(facet, found): (&Facet, &[(f64, Corner)])| facet.quarters([found[0], found[1], found[2]]);
         batch.iter().zip(found.chunks_exact(3)).map(quarters).collect()
     }
 }
@@ -190,38 +205,47 @@ impl Facet {
         [(0, 1), (1, 2), (2, 0)].map(|(a, b)| std::array::from_fn(|i| 0.5 * (w[a][i] + w[b][i])))
     }
 
-    /// The quarters, given values and slopes in the middles of the sides.
-    fn quarters(&self, found: [(f64, f64); 3]) -> [Self; 4] {
-        let (w, m, v, s) = (&self.weights, self.middles(), &self.values, &self.slopes);
-        let (mv, ms) = (found.map(|f| f.0), found.map(|f| f.1));
+    /// The quarters, given values and corners in the middles of the sides.
+    fn quarters(&self, found: [(f64, Corner); 3]) -> [Self; 4] {
+        let (w, m, v, c) = (&self.weights, self.middles(), &self.values, &self.corners);
+        let (mv, mc) = (found.map(|f| f.0), found.map(|f| f.1));
         let bend = |k: usize| (mv[k] - 0.5 * (v[k] + v[(k + 1) % 3])).abs();
-        let bump = bend(0).max(bend(1)).max(bend(2)).max(0.5 * self.bump);
-        let (triangle, size) = (self.triangle, 0.5 * self.size);
-        let quarter = |weights: [[f64; 3]; 3], values: [f64; 3], slopes: [f64; 3]| Self {
+        let bump = bend(0).max(bend(1)).max(bend(2));
+        let triangle = self.triangle;
+        let quarter = |weights: [[f64; 3]; 3], values: [f64; 3], corners: [Corner; 3]| Self {
             triangle,
             weights,
             values,
-            slopes,
-            size,
+            corners,
             bump,
         };
         [
-            quarter([w[0], m[0], m[2]], [v[0], mv[0], mv[2]], [s[0], ms[0], ms[2]]),
-            quarter([m[0], w[1], m[1]], [mv[0], v[1], mv[1]], [ms[0], s[1], ms[1]]),
-            quarter([m[2], m[1], w[2]], [mv[2], mv[1], v[2]], [ms[2], ms[1], s[2]]),
-            quarter(m, mv, ms),
+            quarter([w[0], m[0], m[2]], [v[0], mv[0], mv[2]], [c[0], mc[0], mc[2]]),
+            quarter([m[0], w[1], m[1]], [mv[0], v[1], mv[1]], [mc[0], c[1], mc[1]]),
+            quarter([m[2], m[1], w[2]], [mv[2], mv[1], v[2]], [mc[2], mc[1], c[2]]),
+            quarter(m, mv, mc),
         ]
     }
 }
 
-/// Tangent of the angle between tool and part at a sample; infinite where it is uncut, or the tool stands across.
-fn slope(sample: &MeasuredSample) -> f64 {
-    let cosine = sample.touch.map_or(0.0, |touch| -touch.tool_normal.dot(&sample.sample.normal.0));
-    if cosine > 0.0 { (1.0 - cosine * cosine).max(0.0).sqrt() / cosine } else { f64::INFINITY }
-}
+impl Side {
+    /// The sign that makes the larger value the worse.
+    fn sign(self) -> f64 {
+        match self {
+            Self::Overcut => -1.0,
+            Self::Undercut => 1.0,
+        }
+    }
 
-fn longest_side([a, b, c]: [Point; 3]) -> f64 {
-    (b - a).norm().max((c - b).norm()).max((a - c).norm())
+    fn corner(self, sample: &MeasuredSample) -> Corner {
+        let (point, normal) = (sample.sample.point, sample.sample.normal.0.into_inner());
+        let rise = sample.touch.and_then(|touch| {
+            let facing = -touch.tool_normal.dot(&normal);
+            let across = touch.tool_normal.into_inner() + normal * facing;
+            (facing > 0.0).then(|| across * (self.sign() / facing))
+        });
+        Corner { point, rise, when: sample.touch.map(|touch| touch.when) }
+    }
 }
 
 /// How far each value lies from the mean of its neighbours.

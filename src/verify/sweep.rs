@@ -4,11 +4,15 @@ use super::body::Body;
 use super::motion_tree::{BlockMotion, Instant, MotionTree};
 use super::ray::NormalRay;
 use super::swept::{Query, SweptTool, Touch, Window};
+use crate::geometry::Vector;
 use rayon::prelude::*;
 
 /// Samples that one thread does in a row, each starting from the time found for the one before. A constant, so that
 /// results do not depend on the number of threads.
 const RUN: usize = 64;
+/// Samples that are looked at together first, and how far apart they are at most, as a share of the body's radius.
+const CLUSTER: usize = 8;
+const CLUSTER_REACH: f64 = 0.2;
 
 /// Chords of feed moves are followed to this error before the search, mm; closer where it matters.
 const FEED_SAG: f64 = 1e-5;
@@ -53,22 +57,67 @@ impl<M: BlockMotion> Sweep<'_, M> {
         self.rapid.lowest(ray, &Query { hint: None, end: usize::MAX, limit }).or(feed)
     }
 
-    /// [`Self::lowest`] for many rays, in order; `limit` gives each ray's limit by its index.
+    /// [`Self::lowest`] for many rays, in order; `ask` gives each ray's hint and limit by its index.
     pub(super) fn lowest_all(
         &self,
         rays: &[NormalRay],
-        limit: impl Fn(usize) -> f64 + Sync + Send,
+        ask: impl Fn(usize) -> (Option<Instant>, f64) + Sync + Send,
     ) -> Vec<Option<Touch>> {
-        let limit = &limit;
-        let run = |(index, rays): (usize, &[NormalRay])| {
-            let mut hint = None;
-            let follow = move |(offset, ray): (usize, &NormalRay)| {
-                let touch = self.lowest(ray, hint, limit(index * RUN + offset));
-                hint = touch.map(|t| t.when).or(hint);
-                touch
-            };
-            rays.iter().enumerate().map(follow).collect::<Vec<_>>()
+        let order = along_curve(rays);
+        let reach = CLUSTER_REACH * self.feed.radius();
+        let run = |run: &[usize]| {
+            let mut found = Vec::with_capacity(run.len());
+            let mut last = None;
+            let mut rest = run;
+            while let Some(first) = rest.first() {
+                let near = |index: &&usize| (rays[**index].origin - rays[*first].origin).norm() <= reach;
+                let count = rest.iter().take(CLUSTER).take_while(near).count().max(1);
+                let (cluster, beyond) = rest.split_at(count);
+                let asked = cluster.iter().map(|index| {
+                    let (hint, limit) = ask(*index);
+                    (rays[*index], Query { hint: hint.or(last), end: usize::MAX, limit })
+                });
+                let touches = self.lowest_of(asked.collect());
+                last = touches.iter().rev().flatten().next().map(|touch| touch.when).or(last);
+                found.extend(touches);
+                rest = beyond;
+            }
+            found
         };
-        rays.par_chunks(RUN).enumerate().flat_map_iter(run).collect()
+        let found: Vec<Option<Touch>> = order.par_chunks(RUN).flat_map_iter(run).collect();
+        let mut touches = vec![None; rays.len()];
+        for (index, touch) in order.into_iter().zip(found) {
+            touches[index] = touch;
+        }
+        touches
     }
+
+    /// [`Self::lowest`] for a cluster of rays.
+    fn lowest_of(&self, mut cluster: Vec<(NormalRay, Query)>) -> Vec<Option<Touch>> {
+        let feed = self.feed.lowest_of(&cluster);
+        for ((_, query), touch) in cluster.iter_mut().zip(&feed) {
+            *query = Query { hint: None, limit: touch.map_or(query.limit, |touch| touch.depth), ..*query };
+        }
+        let rapid = self.rapid.lowest_of(&cluster);
+        rapid.into_iter().zip(feed).map(|(rapid, feed)| rapid.or(feed)).collect()
+    }
+}
+
+/// The indices of rays in the order of a curve that fills space (Morton 1966): neighbours in the order are neighbours in
+/// space, mostly.
+fn along_curve(rays: &[NormalRay]) -> Vec<usize> {
+    const BITS: u32 = 16;
+    let corner = |pick: fn(&Vector, &Vector) -> Vector| {
+        rays.iter().map(|ray| ray.origin.coords).reduce(|a, b| pick(&a, &b)).unwrap_or_default()
+    };
+    let (low, high) = (corner(Vector::inf), corner(Vector::sup));
+    let scale = f64::from((1_u32 << BITS) - 1) / (high - low).max().max(f64::MIN_POSITIVE);
+    let spread = |x: u64| (0..BITS).fold(0, |code, bit| code | ((x >> bit) & 1) << (3 * bit));
+    let code = |ray: &NormalRay| {
+        let [x, y, z] = ((ray.origin.coords - low) * scale).map(|x| spread(x as u64)).into();
+        x | y << 1 | z << 2
+    };
+    let mut order: Vec<(u64, usize)> = rays.iter().enumerate().map(|(index, ray)| (code(ray), index)).collect();
+    order.par_sort_unstable();
+    order.into_iter().map(|(_, index)| index).collect()
 }

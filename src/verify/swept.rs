@@ -45,8 +45,8 @@ pub struct Touch {
 
 /// A body (flutes, or shank and holder) moved through some blocks of a motion.
 pub(super) struct SweptTool<'a, M> {
-    motion: &'a M,
-    tree: &'a MotionTree,
+    pub(super) motion: &'a M,
+    pub(super) tree: &'a MotionTree,
     body: &'a Body,
     boxes: Vec<Bounds>,
     window: Window,
@@ -63,6 +63,16 @@ pub(super) struct Query {
     pub(super) end: usize,
     /// Only depths below this one count, mm.
     pub(super) limit: f64,
+}
+
+/// What a stretch must not reach below `goal`: a ray, or all rays of a fan about it.
+#[derive(Clone, Copy)]
+struct Target<'t> {
+    ray: &'t NormalRay,
+    fan: Option<&'t Fan>,
+    /// Normal of a plane that may separate them: the tool's where it has touched the ray before.
+    guide: Option<Direction>,
+    goal: f64,
 }
 
 /// A stretch of time of which something is still to be shown.
@@ -91,21 +101,86 @@ impl<'a, M: BlockMotion> SweptTool<'a, M> {
 
     /// The lowest point reached; `None` where no block that counts comes below the limit.
     pub(super) fn lowest(&self, ray: &NormalRay, query: &Query) -> Option<Touch> {
-        if self.tree.nodes.is_empty() || self.body.pieces.is_empty() {
-            return None;
-        }
-        let hinted = query.hint.filter(|h| h.block < query.end).and_then(|when| self.at(ray, when));
-        let mut best = hinted.filter(|touch| touch.depth < query.limit).map(|touch| self.settle(ray, query, touch));
-        let mut stack = vec![0];
-        let mut parts = Vec::new();
-        let at_bottom = |best: &Option<Touch>| self.goal(query, best.as_ref()) <= -self.window.inward;
-        while let Some(index) = stack.pop().filter(|_| !at_bottom(&best)) {
-            let node = &self.tree.nodes[index as usize];
-            if node.blocks.0 as usize >= query.end {
+        self.search(ray, query, self.hinted(ray, query), 0)
+    }
+
+    /// [`Self::lowest`] for a cluster of rays: what is clear of all of them is shown once.
+    pub(super) fn lowest_of(&self, cluster: &[(NormalRay, Query)]) -> Vec<Option<Touch>> {
+        let rays: Vec<NormalRay> = cluster.iter().map(|(ray, _)| *ray).collect();
+        let Some(fan) = Fan::around(&rays).filter(|_| cluster.len() > 1 && !self.tree.nodes.is_empty()) else {
+            return cluster.iter().map(|(ray, query)| self.lowest(ray, query)).collect();
+        };
+        let mut hint = None;
+        let hinted = |(ray, query): &(NormalRay, Query)| {
+            let best = self.hinted(ray, &Query { hint: query.hint.or(hint), ..*query });
+            hint = best.map(|touch| touch.when).or(hint);
+            best
+        };
+        let mut bests: Vec<Option<Touch>> = cluster.iter().map(hinted).collect();
+        let goal = |bests: &[Option<Touch>]| {
+            let goals = cluster.iter().zip(bests).map(|((_, query), best)| self.goal(query, best.as_ref()));
+            goals.fold(f64::NEG_INFINITY, f64::max)
+        };
+        let end = cluster.iter().map(|(_, query)| query.end).max().unwrap_or_default();
+        let mut now = goal(&bests);
+        // Nodes with how likely they reach deeper, and the goal by which that was judged.
+        let mut stack = vec![(0, f64::NEG_INFINITY, f64::INFINITY)];
+        while let Some((index, _, judged)) = stack.pop().filter(|_| now > -self.window.inward) {
+            let target = Target { ray: &fan.ray, fan: Some(&fan), guide: None, goal: now };
+            if now < judged && self.promise(&target, index, end) == f64::INFINITY {
                 continue;
             }
+            let node = &self.tree.nodes[index as usize];
+            if node.right != 0 && node.stretch.linear.way(self.tree.reference) > fan.radius() {
+                let children = [index + 1, node.right].map(|child| (child, self.promise(&target, child, end), now));
+                push_open(&mut stack, children, |child| child.1);
+                continue;
+            }
+            let mut last = None;
+            for ((ray, query), best) in cluster.iter().zip(&mut bests) {
+                *best = deeper(*best, self.led_by(ray, query, best.as_ref(), last));
+                *best = self.search(ray, query, *best, index);
+                last = best.or(last);
+            }
+            now = goal(&bests);
+        }
+        bests
+    }
+
+    /// What the tool that touches a neighbouring ray leads to, where it is deeper at that instant than what is known.
+    fn led_by(&self, ray: &NormalRay, query: &Query, best: Option<&Touch>, neighbour: Option<Touch>) -> Option<Touch> {
+        let neighbour = neighbour.filter(|touch| best.is_none_or(|own| own.when.block != touch.when.block))?;
+        let touch = self.at(ray, neighbour.when)?;
+        (touch.depth < self.goal(query, best)).then(|| self.settle(ray, query, touch))
+    }
+
+    /// Where the hint of a query leads.
+    fn hinted(&self, ray: &NormalRay, query: &Query) -> Option<Touch> {
+        let touch = query.hint.filter(|h| h.block < query.end).and_then(|when| self.at(ray, when));
+        touch.filter(|touch| touch.depth < query.limit).map(|touch| self.settle(ray, query, touch))
+    }
+
+    /// The lowest point reached below what is known, in the stretches of one node.
+    fn search(&self, ray: &NormalRay, query: &Query, mut best: Option<Touch>, root: u32) -> Option<Touch> {
+        if self.tree.nodes.is_empty() || self.body.pieces.is_empty() {
+            return best;
+        }
+        let promise = |index: u32, best: &Option<Touch>| {
+            // Where the tool slides along the part, the plane that it touches the ray with settles long stretches.
+            let guide = best.as_ref().filter(|touch| self.tree.nodes[index as usize].holds(touch.when));
+            let goal = self.goal(query, best.as_ref());
+            let target = Target { ray, fan: None, guide: guide.map(|touch| touch.tool_normal), goal };
+            self.promise(&target, index, query.end)
+        };
+        let mut stack = Vec::new();
+        push_open(&mut stack, [(root, promise(root, &best))], |node| node.1);
+        let mut parts = Vec::new();
+        let at_bottom = |best: &Option<Touch>| self.goal(query, best.as_ref()) <= -self.window.inward;
+        while let Some((index, _)) = stack.pop().filter(|_| !at_bottom(&best)) {
+            let node = &self.tree.nodes[index as usize];
             if node.right != 0 {
-                self.visit_children(ray, [index + 1, node.right], query, &mut best, &mut stack);
+                let children = [index + 1, node.right].map(|child| (child, promise(child, &best)));
+                push_open(&mut stack, children, |child| child.1);
                 continue;
             }
             parts.push(Part::of(self.motion, &node.stretch, self.tree.reference));
@@ -121,49 +196,40 @@ impl<'a, M: BlockMotion> SweptTool<'a, M> {
         best.map_or(query.limit.min(self.window.outward), |b| b.depth - self.resolution)
     }
 
-    fn visit_children(
-        &self,
-        ray: &NormalRay,
-        children: [u32; 2],
-        query: &Query,
-        best: &mut Option<Touch>,
-        stack: &mut Vec<u32>,
-    ) {
-        let mut children = children.map(|child| (child, self.promise(ray, child, query, best)));
-        // The more promising child goes on top of the stack.
-        if children[0].1 < children[1].1 {
-            children.swap(0, 1);
-        }
-        stack.extend(children.into_iter().filter(|c| c.1 < f64::INFINITY).map(|c| c.0));
-    }
-
-    /// How likely a node reaches deeper: infinite when it certainly does not.
-    fn promise(&self, ray: &NormalRay, index: u32, query: &Query, best: &mut Option<Touch>) -> f64 {
-        let goal = self.goal(query, best.as_ref());
-        let at = |lambda: f64| ray.origin.coords + ray.normal.into_inner() * lambda;
-        if self.boxes[index as usize].misses(&at(-self.window.inward), &at(goal)) {
+    /// How likely a node reaches below a target's goal, the lower the likelier: infinite when it certainly does not.
+    fn promise(&self, target: &Target<'_>, index: u32, end: usize) -> f64 {
+        let node = &self.tree.nodes[index as usize];
+        if node.blocks.0 as usize >= end || self.far(index, target) {
             return f64::INFINITY;
         }
-        let node = &self.tree.nodes[index as usize];
-        let stretch = &node.stretch;
+        let linear = &node.stretch.linear;
         // Nothing can be said of a motion known no better than to the size of the body.
-        let vague = stretch.linear.tip_error + stretch.linear.top_error > self.body.radius;
-        if vague || stretch.block as usize >= query.end {
+        if linear.tip_error + linear.top_error > self.body.radius {
             return 0.0;
         }
-        match self.judge(ray, None, &stretch.linear, goal) {
+        let point = target.ray.origin + target.ray.normal.into_inner() * target.goal;
+        let height = (point - linear.pose.tip).dot(&linear.pose.axis);
+        let height = height.clamp(self.body.heights.0, self.body.heights.1);
+        match self.judge(target, &linear.about(&point, height, self.tree.reference)) {
             Verdict::Clear => f64::INFINITY,
             Verdict::Open(promise) => promise,
-            Verdict::Deeper(entry) => {
-                *best = Some(self.found(ray, query, stretch, &entry));
-                f64::NEG_INFINITY
-            }
+            Verdict::Deeper(_) => f64::NEG_INFINITY,
         }
+    }
+
+    /// True where a node's box shows that it does not come near a target between the window's bottom and its goal.
+    fn far(&self, index: u32, target: &Target<'_>) -> bool {
+        let Target { ray, fan, goal, .. } = target;
+        let at = |lambda: f64| ray.origin.coords + ray.normal.into_inner() * lambda;
+        let margin = fan.map_or(0.0, |fan| fan.reach(self.window.inward.max(*goal)));
+        self.boxes[index as usize].misses(&at(-self.window.inward), &at(*goal), margin)
     }
 
     fn visit_part(&self, ray: &NormalRay, part: Part, query: &Query, best: &mut Option<Touch>, parts: &mut Vec<Part>) {
         let linear = &part.stretch.linear;
-        match self.judge(ray, None, linear, self.goal(query, best.as_ref())) {
+        let goal = self.goal(query, best.as_ref());
+        let guide = best.as_ref().map(|touch| touch.tool_normal);
+        match self.judge(&Target { ray, fan: None, guide, goal }, linear) {
             Verdict::Clear => return,
             Verdict::Open(_) => {}
             Verdict::Deeper(entry) => {
@@ -191,12 +257,12 @@ impl<'a, M: BlockMotion> SweptTool<'a, M> {
         Some(touch(ray, &pose, when, &entry))
     }
 
-    /// Tests a stretch against the ray's part from the bottom of the window up to `goal`.
-    fn judge(&self, ray: &NormalRay, fan: Option<&Fan>, linear: &Linear, goal: f64) -> Verdict {
-        let local = LocalRay::new(ray, &linear.pose);
+    /// Tests a stretch against the target's part from the bottom of the window up to its goal.
+    fn judge(&self, target: &Target<'_>, linear: &Linear) -> Verdict {
+        let local = LocalRay::new(target.ray, &linear.pose);
         let mut promise = f64::INFINITY;
         for piece in &self.body.pieces {
-            match self.judge_piece((ray, fan), &local, linear, piece, goal) {
+            match self.judge_piece(target, &local, linear, piece) {
                 Verdict::Clear => {}
                 Verdict::Open(value) => promise = promise.min(value),
                 Verdict::Deeper(entry) => {
@@ -209,15 +275,15 @@ impl<'a, M: BlockMotion> SweptTool<'a, M> {
         if promise < f64::INFINITY { Verdict::Open(promise) } else { Verdict::Clear }
     }
 
-    fn judge_piece(
-        &self,
-        (ray, fan): (&NormalRay, Option<&Fan>),
-        local: &LocalRay,
-        linear: &Linear,
-        piece: &Piece,
-        goal: f64,
-    ) -> Verdict {
+    fn judge_piece(&self, target: &Target<'_>, local: &LocalRay, linear: &Linear, piece: &Piece) -> Verdict {
+        let Target { ray, fan, guide, goal } = *target;
         let bottom = -self.window.inward;
+        let clear =
+            |plane: &Plane| plane.lowest(ray, linear, piece, (bottom, goal), self.tree.reference, fan) > -self.slack();
+        let convex = piece.clear_radius.is_infinite();
+        if guide.filter(|_| convex).is_some_and(|normal| clear(&Plane::support(&normal, linear, piece))) {
+            return Verdict::Clear;
+        }
         // The distance from a convex piece is convex along the ray: walk to where it is smallest, or until a plane
         // separates. The upper end is nearly always that place. Between two planes, one leaning each way along the
         // ray, lies one parallel to it; where the ray passes close to a rim only that one separates.
@@ -252,7 +318,7 @@ impl<'a, M: BlockMotion> SweptTool<'a, M> {
                 (None, Some(_)) => lambda = bottom,
                 (Some(falling), Some(rising)) => {
                     let Some(parallel) = Plane::parallel(falling, rising, ray, linear, piece) else { continue };
-                    if parallel.lowest(ray, linear, piece, (bottom, goal), self.tree.reference, fan) > -self.slack() {
+                    if clear(&parallel) {
                         return Verdict::Clear;
                     }
                     if parallel.separates(ray, (bottom, goal)) {
@@ -272,19 +338,15 @@ impl<'a, M: BlockMotion> SweptTool<'a, M> {
     /// Goes on showing, stretch by stretch, that no pose reaches any ray of a fan below `goal`. Returns the stretches that
     /// only a narrower fan can settle.
     pub(super) fn not_clear_of(&self, fan: &Fan, goal: f64, open: Vec<OpenStretch>) -> Vec<OpenStretch> {
-        let at = |lambda: f64| fan.ray.origin.coords + fan.ray.normal.into_inner() * lambda;
-        let (bottom, margin) = (-self.window.inward, fan.reach(self.window.inward));
-        let clear = |linear: &Linear| matches!(self.judge(&fan.ray, Some(fan), linear, goal), Verdict::Clear);
+        let target = Target { ray: &fan.ray, fan: Some(fan), guide: None, goal };
+        let clear = |linear: &Linear| matches!(self.judge(&target, linear), Verdict::Clear);
         let mut stuck = Vec::new();
         let mut stack = open;
         while let Some(one) = stack.pop() {
             match one {
                 OpenStretch::Node(index) => {
                     let Some(node) = self.tree.nodes.get(index as usize) else { continue };
-                    let linear = &node.stretch.linear;
-                    let vague = linear.tip_error + linear.top_error > self.body.radius;
-                    let missed = self.boxes[index as usize].grown(margin).misses(&at(bottom), &at(goal));
-                    if missed || (!vague && clear(linear)) {
+                    if self.promise(&target, index, usize::MAX) == f64::INFINITY {
                         continue;
                     }
                     match node.right {
@@ -332,88 +394,29 @@ impl<'a, M: BlockMotion> SweptTool<'a, M> {
         })
     }
 
+    /// Largest radius of the body, mm.
+    pub(super) fn radius(&self) -> f64 {
+        self.body.radius
+    }
+
     /// A body that enters the ray by no more than this, square to its surface, counts as clear, mm.
     pub(super) fn slack(&self) -> f64 {
         0.1 * self.resolution
     }
-
-    /// The lowest point of the tool near an instant, downhill in time; `None` where it does not meet the ray then.
-    pub(super) fn near(&self, ray: &NormalRay, when: Instant) -> Option<Touch> {
-        let query = Query { hint: None, end: usize::MAX, limit: f64::INFINITY };
-        self.at(ray, when).map(|touch| self.settle(ray, &query, touch))
-    }
-
-    /// Follows the depth downhill in time from a touch: successive parabolas within a block, then on into the
-    /// neighbouring blocks while the minimum lies at an end.
-    fn settle(&self, ray: &NormalRay, query: &Query, start: Touch) -> Touch {
-        let mut best = start;
-        for _ in 0..self.tree.nodes.len() {
-            let inside = self.settle_in_block(ray, best);
-            let block = inside.when.block;
-            best = inside;
-            let next = if inside.when.share >= 1.0 - 1e-6 {
-                Instant { block: block + 1, share: 0.0 }
-            } else if inside.when.share <= 1e-6 && block > 0 {
-                Instant { block: block - 1, share: 1.0 }
-            } else {
-                break;
-            };
-            let same_kind = next.block < self.motion.blocks().min(query.end)
-                && self.motion.is_rapid(next.block) == self.motion.is_rapid(block);
-            if !same_kind {
-                break;
-            }
-            let inward = if next.share == 0.0 { 1e-3 } else { 1.0 - 1e-3 };
-            match self.at(ray, Instant { block: next.block, share: inward }) {
-                Some(touch) if touch.depth < best.depth => best = touch,
-                _ => break,
-            }
-        }
-        best
-    }
-
-    fn settle_in_block(&self, ray: &NormalRay, start: Touch) -> Touch {
-        let depth = |share: f64| -> Option<Touch> { self.at(ray, Instant { block: start.when.block, share }) };
-        let mut best = start;
-        let mut step: f64 = 0.25;
-        for _ in 0..60 {
-            let share = best.when.share;
-            let (before, after) = ((share - step).max(0.0), (share + step).min(1.0));
-            let (a, b) = (depth(before), depth(after));
-            let proposal = match (&a, &b) {
-                (Some(a), Some(b)) => vertex((before, a.depth), (share, best.depth), (after, b.depth)),
-                _ => None,
-            };
-            let tried = proposal.and_then(|p| depth(p.clamp(0.0, 1.0)));
-            let found = [a, b, tried].into_iter().flatten().fold(best, |x, y| if y.depth < x.depth { y } else { x });
-            let (gain, moved) = (best.depth - found.depth, (found.when.share - share).abs());
-            best = found;
-            if gain < SETTLED && step < 0.02 {
-                break;
-            }
-            step = if moved >= step { step } else { (step * 0.1).max(2.0 * moved.min(0.05)).min(step * 0.5) };
-            if step < 1e-9 {
-                break;
-            }
-        }
-        best
-    }
 }
 
-/// Change of depth below which a minimum is settled, mm.
-const SETTLED: f64 = 1e-10;
+/// Puts what may reach deeper on a stack, the more promising on top.
+fn push_open<T: Copy, const N: usize>(stack: &mut Vec<T>, mut nodes: [T; N], promise: impl Fn(&T) -> f64) {
+    nodes.sort_by(|a, b| promise(b).total_cmp(&promise(a)));
+    stack.extend(nodes.into_iter().filter(|node| promise(node) < f64::INFINITY));
+}
 
-/// Where the parabola through three points has its minimum.
-fn vertex(a: (f64, f64), b: (f64, f64), c: (f64, f64)) -> Option<f64> {
-    let (left, right) = (b.0 - a.0, c.0 - b.0);
-    if left <= 0.0 || right <= 0.0 {
-        return None;
+/// The lower of two touches.
+fn deeper(a: Option<Touch>, b: Option<Touch>) -> Option<Touch> {
+    match (a, b) {
+        (Some(a), Some(b)) => Some(if b.depth < a.depth { b } else { a }),
+        (a, b) => a.or(b),
     }
-    let (slope_left, slope_right) = ((b.1 - a.1) / left, (c.1 - b.1) / right);
-    let bend = (slope_right - slope_left) / (0.5 * (left + right));
-    // Slope at b, from the parabola.
-    let slope = (slope_left * right + slope_right * left) / (left + right);
-    (bend > 0.0).then(|| b.0 - slope / bend)
 }
 
 fn touch(ray: &NormalRay, pose: &Pose, when: Instant, entry: &Entry) -> Touch {

@@ -130,6 +130,7 @@ proptest! {
         wobble in prop::collection::vec((-0.3..0.3f64, -0.3..0.3f64, -0.3..0.3f64), 12),
         normal in direction(),
         aim in (0.0..11.0f64, 0.0..40.0f64, -0.8..0.8f64),
+        spread in 0.01..5.0f64,
     ) {
         let tool = &menagerie()[which];
         let poses: Vec<Pose> = wobble.iter().enumerate().map(|(k, w)| {
@@ -169,6 +170,20 @@ proptest! {
         // A hint never changes the result by more than the resolution.
         let hinted = lowest_from(tool, &motion, &ray, Some(Instant { block: 3, share: 0.3 })).map_or(f64::INFINITY, |t| t.depth);
         prop_assert!(hinted == depth || (hinted - depth).abs() <= 1.1e-6, "{hinted} {depth}");
+        // Nor does company.
+        let tree = MotionTree::new(&motion, tool.flute_length(), 1e-5, |_| true);
+        let sweep = SweptTool::new(&motion, &tree, &body, WINDOW, 1e-6);
+        let cluster: Vec<(NormalRay, Query)> = wobble.iter().map(|w| {
+            let offset = Vector::new(w.0, w.1, w.2) * spread;
+            let normal = Direction::new_normalize(tilted.into_inner() + offset * 0.1);
+            let query = Query { hint: None, end: usize::MAX, limit: f64::INFINITY };
+            (NormalRay { origin: ray.origin + offset, normal }, query)
+        }).collect();
+        for ((ray, query), found) in cluster.iter().zip(sweep.lowest_of(&cluster)) {
+            let alone = sweep.lowest(ray, query).map_or(f64::INFINITY, |t| t.depth);
+            let found = found.map_or(f64::INFINITY, |t| t.depth);
+            prop_assert!(found == alone || (found - alone).abs() <= 1.1e-6, "{found} {alone}");
+        }
     }
 
     #[test]
