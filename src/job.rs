@@ -12,7 +12,7 @@ mod tool_file;
 
 use crate::diagnostic::{Diagnostic, TomlText};
 use crate::geometry::{RigidMotion, Vector};
-use crate::machine::Dialect;
+use crate::machine::{Body, Dialect};
 use crate::motion::FeedReference;
 use crate::part::{ReadOptions, Units};
 use crate::plan::{Method, Strategy, StrategyKind, TipSide};
@@ -44,6 +44,8 @@ pub struct Job {
     pub output: Output,
     /// The material before the program, where its way through it is to be followed.
     pub stock: Option<StockSpec>,
+    /// What stands on the table beside the part, part frame. Those given by a file are without its content.
+    pub fixtures: Vec<Body>,
     /// What the user should know although the job is good.
     pub warnings: Vec<Diagnostic>,
     text: TomlText,
@@ -128,10 +130,22 @@ impl Job {
         let feed = Feed { cut: raw.feed.cut, reference: raw.feed.reference, spindle_rpm: raw.feed.spindle };
         let output = output(&mut checks, &raw.output, &part);
         let stock = raw.stock.and_then(|raw| stock::stock(&mut checks, raw));
+        let fixtures = checks.fixtures(&raw.fixtures);
         match (checks.finish(), tool) {
-            ((findings, warnings), Some(tool)) if findings.is_empty() => {
-                Ok(Self { name, part, tool, strategy, direction_field, machine, feed, output, stock, warnings, text })
-            }
+            ((findings, warnings), Some(tool)) if findings.is_empty() => Ok(Self {
+                name,
+                part,
+                tool,
+                strategy,
+                direction_field,
+                machine,
+                feed,
+                output,
+                stock,
+                fixtures,
+                warnings,
+                text,
+            }),
             ((findings, _), _) => Err(findings),
         }
     }

@@ -14,6 +14,7 @@ mod posted;
 mod reach;
 mod recover;
 mod retarget;
+mod scene;
 mod stages;
 mod stock;
 mod suspect;

@@ -10,6 +10,8 @@ mod bad_input;
 mod bad_plan;
 #[path = "cli_commands/bad_programs.rs"]
 mod bad_programs;
+#[path = "cli_commands/bodies.rs"]
+mod bodies;
 #[path = "cli_commands/findings.rs"]
 mod findings;
 #[path = "cli_commands/good_input.rs"]

@@ -4,7 +4,7 @@ use super::files::{FROM_CURRENT_FOLDER, read_bytes, read_text};
 use super::{Refusal, Terminal};
 use crate::diagnostic::{Diagnostic, Result};
 use crate::job::{BlankSpec, Job};
-use crate::machine::{Machine, builtin};
+use crate::machine::{Body, Form, Machine, builtin};
 use crate::pipeline::{InputFile, Inputs, PartFiles};
 use std::path::Path;
 
@@ -20,7 +20,14 @@ pub(super) fn machine_file(given: &str, folder: &Path) -> Result<MachineFile> {
     if is_path {
         let path = folder.join(given);
         let text = read_text(&path)?;
-        return Ok(MachineFile { machine: Machine::read(&path.display().to_string(), &text)?, text });
+        let mut machine = Machine::read(&path.display().to_string(), &text)?;
+        let files: Vec<(usize, String)> = machine.body_files().map(|(index, file)| (index, file.to_owned())).collect();
+        for (index, file) in files {
+            let beside = path.parent().unwrap_or(Path::new(""));
+            let (name, bytes) = named_file(beside, &file).map_err(|e| named_by_body(&machine.bodies, index, *e))?;
+            machine = machine.with_body_file(index, &name, &bytes)?;
+        }
+        return Ok(MachineFile { machine, text });
     }
     Ok(MachineFile { machine: Machine::named(given)?, text: builtin(given).unwrap_or_default().to_owned() })
 }
@@ -52,6 +59,13 @@ pub(super) fn job_inputs(path: &Path, machine: Option<&str>, terminal: &mut Term
         Some(BlankSpec::File(file)) => keep("stock.file", named_file(folder, file)),
         _ => None,
     };
+    let mut fixtures = Vec::new();
+    for (index, fixture) in job.fixtures.iter().enumerate() {
+        if let Form::File(file) = &fixture.form {
+            let found = keep(&format!("fixtures[{index}].file"), named_file(folder, file));
+            fixtures.extend(found.map(|(name, bytes)| (index, name, bytes)));
+        }
+    }
     let machine = match machine {
         Some(given) => machine_file(given, Path::new("")),
         None => machine_file(&job.machine.file, folder),
@@ -67,6 +81,9 @@ pub(super) fn job_inputs(path: &Path, machine: Option<&str>, terminal: &mut Term
     if let Some((name, bytes)) = &stock {
         inputs = inputs.with_stock_file(InputFile { name, bytes })?;
     }
+    for (index, name, bytes) in &fixtures {
+        inputs = inputs.with_fixture_file(*index, InputFile { name, bytes })?;
+    }
     match field {
         Some((name, bytes)) => Ok(inputs.with_direction_field(InputFile { name: &name, bytes: &bytes })?),
         None => Ok(inputs),
@@ -76,6 +93,17 @@ pub(super) fn job_inputs(path: &Path, machine: Option<&str>, terminal: &mut Term
 fn named_file(folder: &Path, file: &str) -> Result<(String, Vec<u8>)> {
     let path = folder.join(file);
     Ok((path.display().to_string(), read_bytes(&path)?))
+}
+
+/// A complaint about the file of a body that has no place of its own is placed where the machine file gives the body.
+fn named_by_body(bodies: &[Body], index: usize, finding: Diagnostic) -> Box<Diagnostic> {
+    match bodies.get(index) {
+        Some(body) if finding.place.is_none() => {
+            let help = finding.help.unwrap_or_default().replace(FROM_CURRENT_FOLDER, "the folder of the machine file");
+            body.blame(finding.message).help(help)
+        }
+        _ => Box::new(finding),
+    }
 }
 
 /// A complaint that has no place of its own is placed where the job names the file.

@@ -196,7 +196,7 @@ pub(super) fn of_verdict(record: &Verification) -> String {
     if let Some(stock) = &record.stock {
         text.push_str(&of_stock(stock));
     }
-    let _ = writeln!(text, "limits      {} passed, {} collisions", record.limits.len(), record.collisions.len());
+    text.push_str(&of_limits(record.limits.len(), record.collisions.len(), record.near_misses.len()));
     if let Some(uncertainty) = &record.uncertainty {
         text.push_str(&of_uncertainty(uncertainty));
     }
@@ -221,8 +221,13 @@ fn of_uncertainty(record: &UncertaintyRecord) -> String {
 /// Figures and verdict of a program on its machine, without a part.
 pub(super) fn of_machine_verdict(record: &MachineVerification) -> String {
     let mut text = of_size(&record.program);
-    let _ = writeln!(text, "limits      {} passed", record.limits.len());
+    text.push_str(&of_limits(record.limits.len(), record.collisions.len(), record.near_misses.len()));
     text + &of_findings(&record.findings) + &of_reasons(record.verdict, &record.reasons)
+}
+
+fn of_limits(limits: usize, collisions: usize, near: usize) -> String {
+    let near = if near > 0 { format!(", {near} near misses") } else { String::new() };
+    format!("limits      {limits} passed, {collisions} collisions{near}\n")
 }
 
 fn of_size(program: &ProgramRecord) -> String {

@@ -34,7 +34,7 @@ pub(super) struct Arguments {
     /// Number of the tool's length offset in the control's table, where that is not the tool's own
     #[arg(long, value_name = "N", requires = "job")]
     length_offset: Option<u32>,
-    /// Without a job: tip to gauge line of the tool, mm
+    /// Without a job: tip to gauge line of the tool, mm; bodies of the machine are followed where it is given
     #[arg(long, value_name = "MM", default_value_t = 0.0, conflicts_with = "job")]
     gauge_length: f64,
     /// Without a job: work offset that the part stands at; the machine file's first when left out

@@ -72,12 +72,23 @@ impl Piece {
         }
     }
 
-    fn straight(low: MeridianPoint, high: MeridianPoint) -> Option<Self> {
+    pub(super) fn straight(low: MeridianPoint, high: MeridianPoint) -> Option<Self> {
         Self::between(low, high, low.radius.max(high.radius), Side::Straight)
     }
 
     fn between(low: MeridianPoint, high: MeridianPoint, radius: f64, side: Side) -> Option<Self> {
         (high.height > low.height).then_some(Self { low, high, radius, side })
+    }
+
+    /// The point of the meridian, or of the discs, that lies farthest along a direction; `radial` is zero or more.
+    pub(super) fn support(&self, axial: f64, radial: f64) -> MeridianPoint {
+        let along = |p: &MeridianPoint| axial * p.height + radial * p.radius;
+        let end = if along(&self.high) > along(&self.low) { self.high } else { self.low };
+        let Side::Bulge { centre, radius } = self.side else { return end };
+        let length = axial.hypot(radial);
+        let top = at(centre.height + radius * axial / length, centre.radius + radius * radial / length);
+        let on_arc = length > 0.0 && top.height >= self.low.height && top.height <= self.high.height;
+        if on_arc && along(&top) > along(&end) { top } else { end }
     }
 
     /// No point lies deeper inside, mm.

@@ -2,6 +2,7 @@
 
 use crate::diagnostic::{Diagnostic, Severity, TomlText};
 use crate::geometry::Vector;
+use crate::machine::{Body, RawBody};
 
 /// A closed or half-open interval of sensible values.
 pub(super) struct Limit {
@@ -149,6 +150,23 @@ impl<'a> Checks<'a> {
         let message = format!("a vector of length {length} gives no direction");
         self.refuse(key, message, "write a vector about as long as 1, such as [1.0, 0.0, 0.0], or leave it out");
         None
+    }
+
+    /// The fixtures that are right.
+    pub(super) fn fixtures(&mut self, raw: &[RawBody]) -> Vec<Body> {
+        let mut fixtures: Vec<Body> = Vec::with_capacity(raw.len());
+        for (index, raw) in raw.iter().enumerate() {
+            let path = format!("fixtures[{index}]");
+            match raw.fixture(self.text, &path) {
+                Ok(body) if fixtures.iter().any(|other| other.name == body.name) => {
+                    let message = format!("a second fixture is called \"{}\"", body.name);
+                    self.refuse(&format!("{path}.name"), message, "give each fixture a name of its own");
+                }
+                Ok(body) => fixtures.push(body),
+                Err(finding) => self.findings.push(*finding),
+            }
+        }
+        fixtures
     }
 
     /// Format and version of the file, against what this kind of file, in words, has to say.

@@ -1,6 +1,6 @@
 //! The keys of a job file as they are written, before any check of their values.
 
-use crate::machine::Dialect;
+use crate::machine::{Dialect, RawBody};
 use crate::motion::FeedReference;
 use serde::Deserialize;
 
@@ -18,6 +18,8 @@ pub(super) struct Job {
     #[serde(default)]
     pub(super) output: Output,
     pub(super) stock: Option<Stock>,
+    #[serde(default)]
+    pub(super) fixtures: Vec<RawBody>,
 }
 
 #[derive(Deserialize)]

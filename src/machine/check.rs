@@ -4,6 +4,7 @@
 use super::axes::AxisPosition;
 use super::model::{Carrier, Machine, RotaryMotion, Travel};
 use super::reach::{ReachMap, Ways, fits, poles, ways};
+use super::scene::Scene;
 use super::setup::Setup;
 use crate::diagnostic::Result;
 use crate::geometry::{Direction, Point, Vector};
@@ -15,6 +16,8 @@ const POSES: usize = 20_000;
 /// Tool lengths and directions tried to reach the part's zero, mm.
 const LENGTHS: [f64; 9] = [0.0, 50.0, 100.0, 150.0, 200.0, 250.0, 300.0, 350.0, 400.0];
 const DIRECTIONS: usize = 500;
+/// Positions of the axes tried to find bodies apart.
+const STANDS: usize = 200;
 /// What forward after inverse may be off, mm and radians.
 const AGREEMENT: (f64, f64) = (1e-9, 1e-10);
 
@@ -55,6 +58,7 @@ pub fn check(machine: &Machine) -> Result<CheckReport> {
     let reachable_share = reachable_share(&setup);
     let poles = poles(&setup);
     let mut contradictions = contradictions(machine);
+    contradictions.extend(overlaps(&setup)?);
     if tip_error > AGREEMENT.0 || axis_error > AGREEMENT.1 {
         contradictions.push(format!("forward does not undo inverse: {tip_error:.2e} mm, {axis_error:.2e} rad"));
     }
@@ -84,6 +88,10 @@ pub fn check(machine: &Machine) -> Result<CheckReport> {
             first.letter
         )
     }));
+    if !machine.bodies.is_empty() {
+        let names: Vec<&str> = machine.bodies.iter().map(|body| body.name.as_str()).collect();
+        lines.push(format!("bodies: {}", names.join(", ")));
+    }
     lines.extend(contradictions.iter().map(|c| format!("contradiction: {c}")));
     Ok(CheckReport { lines, contradictions, tip_error, axis_error, reach, reachable_share, poles, map })
 }
@@ -126,20 +134,23 @@ fn direction(index: usize) -> Direction {
     Direction::new_normalize(Vector::new(radius * cos, radius * sin, z))
 }
 
+/// Where the axes stand in the `index`-th of positions that fill their travels evenly.
+fn position(machine: &Machine, index: usize) -> AxisPosition {
+    let share = |base: usize| halton(index + 1, base);
+    let linear = |k: usize, base| machine.linear[k].min + (machine.linear[k].max - machine.linear[k].min) * share(base);
+    let rotary = |k: usize, base| match machine.rotary[k].travel {
+        Travel::Limited { min, max } => min + (max - min) * share(base),
+        Travel::Unlimited | Travel::Wrapped => TAU * share(base),
+    };
+    AxisPosition { linear: [linear(0, 2), linear(1, 3), linear(2, 5)], rotary: [rotary(0, 7), rotary(1, 11)] }
+}
+
 /// Poses that the machine takes up with its axes anywhere within their limits, through inverse and forward again.
 fn agreement(setup: &Setup) -> (f64, f64) {
     let machine = setup.machine();
     let (mut tip, mut axis): (f64, f64) = (0.0, 0.0);
     for index in 0..POSES {
-        let share = |base: usize| halton(index + 1, base);
-        let linear =
-            |k: usize, base| machine.linear[k].min + (machine.linear[k].max - machine.linear[k].min) * share(base);
-        let rotary = |k: usize, base| match machine.rotary[k].travel {
-            Travel::Limited { min, max } => min + (max - min) * share(base),
-            Travel::Unlimited | Travel::Wrapped => TAU * share(base),
-        };
-        let axes =
-            AxisPosition { linear: [linear(0, 2), linear(1, 3), linear(2, 5)], rotary: [rotary(0, 7), rotary(1, 11)] };
+        let axes = position(machine, index);
         let pose = setup.forward(&axes);
         let Ok(solutions) = setup.inverse(&pose) else { return (f64::INFINITY, f64::INFINITY) };
         for axes in solutions.branches {
@@ -192,6 +203,24 @@ fn reaches(machine: &Machine, offset: [f64; 3]) -> bool {
             directions.iter().any(made)
         })
     })
+}
+
+/// Bodies that overlap wherever the axes stand within their limits.
+fn overlaps(setup: &Setup) -> Result<Vec<String>> {
+    let scene = Scene::new(setup)?;
+    let positions: Vec<AxisPosition> = (0..STANDS).map(|index| position(setup.machine(), index)).collect();
+    let bodies = &setup.machine().bodies;
+    let told = |pair: usize| {
+        let [a, b] = scene.names(pair);
+        let places = [a, b].map(|name| bodies.iter().find(|body| body.name == name).map_or(0, |body| body.line));
+        let file = bodies.first().map_or("", |body| body.file.as_str());
+        format!(
+            "bodies {a} ({file}:{}) and {b} ({file}:{}) overlap wherever the axes stand: place them with every axis at \
+             zero, or let them move with one axis or with neighbours",
+            places[0], places[1]
+        )
+    };
+    Ok(scene.always_overlapping(&positions).into_iter().map(told).collect())
 }
 
 /// What a machine file says that cannot all be true or of use.

@@ -4,9 +4,10 @@ use super::control::{
     Control, Dialect, DialectOptions, FeedMode, InverseTimeUnit, LengthUnit, OrientationWords, PointRule, Rollover,
     ShortestWay, TcpInterpolation, WorkOffset,
 };
+use super::file_bodies::RawBody;
 use super::file_reader::{LONGEST, Reader};
 use super::file_rotary::RawRotary;
-use super::model::{AxisZero, LinearAxis, Machine, Spindle, Tolerances};
+use super::model::{AxisZero, Carrier, LinearAxis, Machine, Spindle, Tolerances};
 use super::templates::{self, Template, Templates};
 use crate::diagnostic::{Diagnostic, Result, TomlText};
 use crate::geometry::{Direction, Vector};
@@ -29,6 +30,8 @@ struct RawMachine {
     linear: RawLinearAxes,
     #[serde(default)]
     rotary: Vec<RawRotary>,
+    #[serde(default)]
+    bodies: Vec<RawBody>,
     tolerances: Option<RawTolerances>,
     control: RawControl,
 }
@@ -68,6 +71,8 @@ struct RawLinear {
     acceleration: f64,
     jerk: Option<f64>,
     direction: Option<[f64; 3]>,
+    on: Option<Carrier>,
+    carried_by: Option<String>,
     error: Option<RawLinearError>,
 }
 
@@ -182,13 +187,18 @@ impl Reader<'_> {
             axis_zero: raw.spindle.axis_zero,
         };
         let (rotary, chain) = self.rotaries(&raw.rotary, spindle.axis)?;
+        let carried_by = [&raw.linear.x, &raw.linear.y, &raw.linear.z].map(|axis| axis.carried_by.as_ref());
+        let linear_order = self.linear_order(&linear, carried_by)?;
+        let bodies = self.bodies(&raw.bodies, &linear, &rotary)?;
         Ok(Machine {
             name: raw.name.clone(),
             description: raw.description.clone(),
             source: raw.source.clone(),
             linear,
+            linear_order,
             rotary,
             chain,
+            bodies,
             spindle,
             tolerances: raw.tolerances.as_ref().map(|raw| self.tolerances(raw)).transpose()?,
             control: self.control(&raw.control)?,
@@ -217,6 +227,7 @@ impl Reader<'_> {
         let rotation = raw.error.as_ref().map(|error| error.rotation);
         Ok(LinearAxis {
             letter,
+            on: raw.on.unwrap_or(Carrier::Head),
             direction: self.measured(&format!("{path}.error"), nominal, rotation)?,
             min,
             max,

@@ -10,7 +10,8 @@ use super::axes::{AxisMove, AxisPosition};
 use super::course::{CoursedPass, Courses};
 use super::limits::Excess;
 use super::place::{CONTINUOUS, Stop, whereabouts};
-use super::rewind::Rewinder;
+use super::rewind::{Rewinder, Room};
+use super::scene::Scene;
 use super::setup::Setup;
 use super::track::{Choice, track};
 use crate::diagnostic::{Diagnostic, Result};
@@ -28,19 +29,21 @@ const ATTEMPTS: usize = 12;
 const POLE_SHARE: f64 = 0.05;
 
 /// What bounds a block besides the path's linearization allowance.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LinearizeOptions {
+#[derive(Clone, Copy, Debug)]
+pub struct LinearizeOptions<'a> {
     /// How far a rapid may leave its path, mm.
     pub rapid_deviation: f64,
     /// Longest way of tip or top of the flutes in one block, mm.
     pub longest: f64,
     /// Largest turn of a rotary axis in one block, radians.
     pub largest_turn: f64,
+    /// What the tool must stay clear of where it leaves the part to turn back; `None` where nothing is known of it.
+    pub scene: Option<&'a Scene>,
 }
 
-impl Default for LinearizeOptions {
+impl Default for LinearizeOptions<'_> {
     fn default() -> Self {
-        Self { rapid_deviation: 0.1, longest: 50.0, largest_turn: 0.2 }
+        Self { rapid_deviation: 0.1, longest: 50.0, largest_turn: 0.2, scene: None }
     }
 }
 
@@ -63,10 +66,11 @@ pub struct Linearized {
 ///
 /// # Errors
 /// A pose out of reach or out of limits, no continuous way of the rotary axes, or an allowance smaller than the rounding.
-pub fn linearize(path: &ToolPath, setup: &Setup, tcp: bool, options: &LinearizeOptions) -> Result<Linearized> {
+pub fn linearize(path: &ToolPath, setup: &Setup, tcp: bool, options: &LinearizeOptions<'_>) -> Result<Linearized> {
     let pole_radius = slack(path);
     let courses = Courses::new(path, setup);
-    let track = track(path, &courses, setup, pole_radius)?;
+    let room = Room { setup, scene: options.scene, tcp };
+    let track = track(path, &courses, room, pole_radius)?;
     let stretches = stretches(path, &track.stops);
     let Some(first) = track.stops.first() else {
         return Err(Diagnostic::error("the tool path has no motion").help("plan at least one pass"));
@@ -100,7 +104,8 @@ pub fn linearize(path: &ToolPath, setup: &Setup, tcp: bool, options: &LinearizeO
 /// As for [`linearize`], but for the rounding.
 pub fn axis_positions(path: &ToolPath, setup: &Setup) -> Result<(Vec<AxisPosition>, Choice)> {
     let courses = Courses::new(path, setup);
-    let track = track(path, &courses, setup, slack(path))?;
+    let room = Room { setup, scene: None, tcp: setup.machine().control.tcp };
+    let track = track(path, &courses, room, slack(path))?;
     let position = |stop: &Stop| AxisPosition { linear: stop.linear, rotary: stop.rotary };
     Ok((track.stops.iter().map(position).collect(), track.choice))
 }
@@ -184,7 +189,7 @@ struct Cutter<'a> {
     courses: &'a Courses<'a>,
     setup: &'a Setup,
     tcp: bool,
-    options: &'a LinearizeOptions,
+    options: &'a LinearizeOptions<'a>,
     pole_radius: f64,
     course: &'a CoursedPass<'a>,
     stretch: &'a Stretch<'a>,
@@ -223,7 +228,8 @@ impl Cutter<'_> {
     /// The blocks of a way out of the part, a turn, and the way back.
     fn rewind(&self, from: &Stop, to: &Stop) -> Result<Vec<AxisMove>> {
         let no_place = || Diagnostic::error("the tool path has no place to turn back").help("plan at least one pass");
-        let rewinder = Rewinder::new(self.path, self.courses, self.setup).ok_or_else(no_place)?;
+        let room = Room { setup: self.setup, scene: self.options.scene, tcp: self.tcp };
+        let rewinder = Rewinder::new(self.path, self.courses, room).ok_or_else(no_place)?;
         let block = |axes: &AxisPosition, kind| {
             let to = self.rounded(axes);
             AxisMove { to, pose: self.setup.forward(&to), kind, pass: self.stretch.pass, asked: None }

@@ -1,9 +1,11 @@
-//! A machine as plain checked values: axes, spindle, control. Uses `geometry`.
+//! A machine as plain checked values: axes, bodies, spindle, control. Uses `diagnostic` and `geometry`.
 //!
 //! Frames: the machine frame stands on the machine's base; its zero is where every linear axis reads zero. All
 //! directions and pivots are given in it, with every axis at zero.
 
+use super::bodies::{Body, Form};
 use super::control::Control;
+use crate::diagnostic::Result;
 use crate::geometry::{Direction, Point};
 
 /// How far a rotary axis turns and how its control counts.
@@ -37,6 +39,8 @@ impl Travel {
 pub struct LinearAxis {
     /// `X`, `Y` or `Z`.
     pub letter: char,
+    /// What it moves.
+    pub on: Carrier,
     /// Way in which the tool moves relative to the table when the axis counts up.
     pub direction: Direction,
     /// Lowest position, mm.
@@ -51,7 +55,7 @@ pub struct LinearAxis {
     pub jerk: Option<f64>,
 }
 
-/// What a rotary axis turns.
+/// What an axis moves.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Carrier {
@@ -178,11 +182,15 @@ pub struct Machine {
     pub source: String,
     /// X, Y, Z.
     pub linear: [LinearAxis; 3],
+    /// Indices into `linear` from the base outward: what sits on another axis comes after it.
+    pub linear_order: [usize; 3],
     /// The two rotary axes in the order of the machine file, which is the order in [`super::AxisPosition::rotary`]; those
     /// that the machine does not have come last.
     pub rotary: [RotaryAxis; 2],
     /// Indices into `rotary` in the order of the chain from the part to the tool.
     pub chain: [usize; 2],
+    /// What it is made of, as far as a tool or a part could run into it.
+    pub bodies: Vec<Body>,
     /// Where the tool sits.
     pub spindle: Spindle,
     /// How far all this may be off; `None` where the machine file does not say.
@@ -204,6 +212,27 @@ impl Machine {
     pub fn present_letters(&self) -> Vec<char> {
         let rotary = self.rotary.iter().filter(|axis| axis.is_present()).map(|axis| axis.letter);
         self.linear.iter().map(|axis| axis.letter).chain(rotary).collect()
+    }
+
+    /// The files of meshes that bodies name and that have not been read yet: index of the body and name, relative to the
+    /// folder of the machine file.
+    pub fn body_files(&self) -> impl Iterator<Item = (usize, &str)> {
+        let file = |(index, body)| match body {
+            &Body { form: Form::File(ref file), .. } => Some((index, file.as_str())),
+            _ => None,
+        };
+        self.bodies.iter().enumerate().filter_map(file)
+    }
+
+    /// The machine with the content of the file that a body names; `name` is the file's for messages.
+    ///
+    /// # Errors
+    /// A file that holds no closed mesh.
+    pub fn with_body_file(mut self, index: usize, name: &str, bytes: &[u8]) -> Result<Self> {
+        if let Some(body) = self.bodies.get_mut(index) {
+            *body = body.clone().with_file(name, bytes)?;
+        }
+        Ok(self)
     }
 
     /// Whether the machine has the axis of an index in [`Self::letters`].

@@ -243,3 +243,67 @@ fn no_choice_costs_less_than_the_bound() {
         assert!(solved.choice.seconds - solved.choice.least < 0.1 * PI, "{:?}", solved.choice);
     }
 }
+
+/// A block that stands in the part.
+fn fixture(name: &str, low: Point, high: Point) -> Body {
+    let form = Form::Box { low, high };
+    Body { name: name.to_owned(), link: Link::Table, form, near_miss: 1.0, file: "job.toml".to_owned(), line: 9 }
+}
+
+/// Whether bodies run into each other on the ways aside.
+fn collides(scene: &Scene, setup: &Setup, solved: &Linearized) -> bool {
+    struct Turn<'a>(&'a Setup, [AxisPosition; 2], [Point; 2]);
+    impl AxisCourse for Turn<'_> {
+        fn axes(&self, share: f64) -> AxisPosition {
+            let tip = self.2[0] + (self.2[1] - self.2[0]) * share;
+            self.0.with_rotary(&tip, self.1[0].interpolate(&self.1[1], share).rotary)
+        }
+        fn rates(&self) -> AxisRates {
+            let rotary = [0, 1].map(|k: usize| self.1[1].rotary[k] - self.1[0].rotary[k]);
+            AxisRates { rotary, linear: LinearRates::Tip { speed: (self.2[1] - self.2[0]).norm(), acceleration: 0.0 } }
+        }
+    }
+    asides(&solved.moves).into_iter().any(|aside| {
+        solved.moves[aside.start - 1..aside.end].windows(2).any(|pair| {
+            let turn = Turn(setup, [pair[0].to, pair[1].to], [pair[0].pose.tip, pair[1].pose.tip]);
+            scene.encounters(&turn, &mut scene.hints()).iter().any(Encounter::is_collision)
+        })
+    })
+}
+
+#[test]
+fn a_way_out_that_a_fixture_blocks_goes_farther() {
+    let path = path(vec![pass(PassKind::Cut, spiral(450.0 / 360.0))]);
+    for name in ["xyzac-trt", "head-b-table-c"] {
+        let setup = limited_c(name, 200.0);
+        let plain = solve(&path, &setup, true);
+        // Half way through the turn of the plain way, a block stands where the tool then is.
+        let aside = asides(&plain.moves).remove(0);
+        let middle = plain.moves[(aside.start + aside.end) / 2].pose;
+        let at = middle.at_height(40.0);
+        let block = fixture("clamp", at - Vector::repeat(6.0), at + Vector::repeat(6.0));
+        let scene = Scene::new(&setup).unwrap().with_fixtures(&[block]).unwrap().with_tool_axis();
+        assert!(collides(&scene, &setup, &plain), "{name}");
+        let options = LinearizeOptions { scene: Some(&scene), ..LinearizeOptions::default() };
+        let solved = linearize(&path, &setup, true, &options).unwrap();
+        assert_eq!(solved.choice.rewinds, 1);
+        assert!(!collides(&scene, &setup, &solved), "{name}");
+        assert_whole(&path, &setup, &solved, true);
+        assert_clear(&setup, &solved, true, Point::new(0.0, 0.0, 15.0), 60.0);
+    }
+}
+
+#[test]
+fn a_rewind_without_room_names_what_is_in_the_way() {
+    let path = path(vec![pass(PassKind::Cut, spiral(450.0 / 360.0))]);
+    let setup = limited_c("xyzac-trt", 200.0);
+    let roof = fixture("roof", Point::new(-900.0, -900.0, 75.0), Point::new(900.0, 900.0, 400.0));
+    let scene = Scene::new(&setup).unwrap().with_fixtures(&[roof]).unwrap().with_tool_axis();
+    let options = LinearizeOptions { scene: Some(&scene), ..LinearizeOptions::default() };
+    let said = linearize(&path, &setup, true, &options).unwrap_err();
+    assert!(said.message.contains("no rewind room: ") && said.message.contains("inside the roof"), "{said}");
+    assert!(
+        said.message.contains("with the tip at [") && said.help.as_ref().unwrap().contains("move the roof"),
+        "{said}"
+    );
+}

@@ -23,6 +23,11 @@ fn value() -> Value {
             "description": text("One line for people."),
             "source": text("Where the numbers come from."),
             "spindle": spindle(),
+            "bodies": {
+                "type": "array",
+                "items": body(),
+                "description": "What a tool, a part or a fixture could run into.",
+            },
             "linear": {
                 "type": "object",
                 "additionalProperties": false,
@@ -95,12 +100,64 @@ fn spindle() -> Value {
     })
 }
 
+/// A body in the machine frame, with every axis at zero.
+fn body() -> Value {
+    json!({
+        "type": "object",
+        "additionalProperties": false,
+        "required": ["name", "moves_with"],
+        "properties": {
+            "name": text("Name, for findings."),
+            "moves_with": {
+                "enum": ["base", "X", "Y", "Z", "A", "B", "C", "table", "spindle"],
+                "description": "An axis of this machine; base stands still, table carries the part, spindle the tool.",
+            },
+            "box": {
+                "type": "object",
+                "additionalProperties": false,
+                "description": "min and max, or place and size.",
+                "properties": {
+                    "min": numbers(3, "Least coordinates, machine frame, every axis at zero."),
+                    "max": numbers(3, "Greatest coordinates."),
+                    "place": numbers(3, "Least coordinates."),
+                    "size": numbers(3, "Lengths along X, Y and Z."),
+                },
+            },
+            "cylinder": {
+                "type": "object",
+                "additionalProperties": false,
+                "required": ["base", "radius", "length"],
+                "properties": {
+                    "base": numbers(3, "Middle of one end, machine frame, every axis at zero."),
+                    "axis": numbers(3, "Way to the other end, of any length; [0, 0, 1] when left out."),
+                    "radius": positive("mm."),
+                    "length": positive("mm."),
+                },
+            },
+            "file": text("STL file of a closed mesh in mm, relative to the machine file."),
+            "near_miss": {
+                "type": "number",
+                "minimum": 0,
+                "description": format!("Distance below which nearness is told, mm; {} when left out.", super::NEAR_MISS),
+            },
+        },
+    })
+}
+
 fn linear() -> Value {
     json!({
         "type": "object",
         "additionalProperties": false,
         "required": ["limits", "speed", "acceleration"],
         "properties": {
+            "on": {
+                "enum": ["table", "head"],
+                "description": "Whether it moves the part or the tool; head when left out. Matters for bodies only.",
+            },
+            "carried_by": {
+                "enum": ["X", "Y", "Z"],
+                "description": "The linear axis that this one sits on; X, Y, Z sit on each other in this order when left out.",
+            },
             "limits": numbers(2, "[lower, upper], mm."),
             "speed": positive("Top speed, mm/min."),
             "acceleration": positive("Top acceleration, mm/s^2."),
@@ -377,6 +434,7 @@ mod tests {
         assert_eq!(known("version = 1"), described(""));
         assert_eq!(known("[linear.X]"), described("/properties/linear/properties/X"));
         assert_eq!(known("[[rotary]]"), described("/properties/rotary/items"));
+        assert_eq!(known("[[bodies]]"), described("/properties/bodies/items"));
         assert_eq!(known("[control]"), described("/properties/control"));
         assert_eq!(known("[control.templates]"), described("/properties/control/properties/templates"));
         assert_eq!(known("[control.options]"), described("/properties/control/properties/options"));

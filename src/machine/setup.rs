@@ -194,6 +194,21 @@ impl Setup {
         }
     }
 
+    /// The tip with every axis at zero if the axes counted the gauge point, machine frame, mm.
+    pub(super) fn tip_at_zero(&self) -> Vector {
+        self.tip
+    }
+
+    /// Where the linear axes would stand if they counted the gauge point, mm.
+    pub(super) fn counted(&self, axes: &AxisPosition) -> Vector {
+        Vector::from(axes.linear) + self.inverse_directions * self.shift
+    }
+
+    /// Directions of the linear axes in columns, and the inverse of that.
+    pub(super) fn linear_directions(&self) -> (&Matrix3<f64>, &Matrix3<f64>) {
+        (&self.directions, &self.inverse_directions)
+    }
+
     /// The turns of the chain from part to tool for rotary positions in the machine file's order, radians.
     fn turns(&self, rotary: [f64; 2]) -> [Turn; 2] {
         self.joints.map(|joint| Turn::by(joint.sign * rotary[joint.index & 1]))

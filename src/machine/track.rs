@@ -14,7 +14,7 @@ use super::legs::{Arrival, Clock, Leg, legs};
 use super::limits::Excess;
 use super::model::RotaryMotion;
 use super::place::{Stop, whereabouts};
-use super::rewind::Rewinder;
+use super::rewind::{Rewinder, Room};
 use super::setup::{Setup, unwind};
 use super::stations::{Station, Surveyor};
 use crate::diagnostic::{Diagnostic, Result};
@@ -57,14 +57,16 @@ struct DeadEnd {
 }
 
 /// Chooses branch and turns for the whole path. `slack`, radians: nearer to a pole the free axis may stand anywhere, and
-/// by so much an axis that must stand still may miss what a direction asks of it.
-pub(super) fn track(path: &ToolPath, courses: &Courses<'_>, setup: &Setup, slack: f64) -> Result<Track> {
+/// by so much an axis that must stand still may miss what a direction asks of it. Ways out of the part stay clear of what
+/// stands in the room.
+pub(super) fn track(path: &ToolPath, courses: &Courses<'_>, room: Room<'_>, slack: f64) -> Result<Track> {
+    let setup = room.setup;
     let stations = Surveyor { path, courses, setup, pole_radius: slack }.survey()?;
     let chooser = Chooser::new(path, setup, &stations, slack);
     match chooser.choose(None) {
         Ok(track) => Ok(track),
         Err(stuck) if stuck.alone => Err(chooser.impossible(&stuck, &legs(&stations, setup, None))),
-        Err(stuck) => chooser.choose_with_rewinds(courses, &stuck),
+        Err(stuck) => chooser.choose_with_rewinds(courses, room, &stuck),
     }
 }
 
@@ -164,11 +166,10 @@ impl<'a> Chooser<'a> {
     }
 
     /// The best sequence with as few departures from the part as possible, each with room.
-    fn choose_with_rewinds(&self, courses: &Courses<'_>, stuck: &DeadEnd) -> Result<Track> {
+    fn choose_with_rewinds(&self, courses: &Courses<'_>, room: Room<'_>, stuck: &DeadEnd) -> Result<Track> {
         let refused = || self.impossible(stuck, &legs(self.scene.stations, self.scene.setup, None));
         let continuous = self.scene.setup.machine().rotary.iter().all(|axis| axis.motion != RotaryMotion::Absent);
-        let rewinder =
-            Rewinder::new(self.path, courses, self.scene.setup).filter(|_| continuous).ok_or_else(refused)?;
+        let rewinder = Rewinder::new(self.path, courses, room).filter(|_| continuous).ok_or_else(refused)?;
         let mut allowed: Vec<bool> = self.scene.stations.iter().map(|s| !s.kind.is_rapid() && !s.free).collect();
         // Neighbours of a place without room are not tried again.
         let neighbours = self.scene.stations.len() / 100;

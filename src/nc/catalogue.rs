@@ -240,8 +240,11 @@ catalogue! {
         "A rapid move goes through material.",
         "Retract further before the rapid, or move at a feed.";
     Collision "R705" "collision" Fault,
-        "The tool is where it must not be: shank or holder in the part, or any of it in another body.",
-        "Use a longer or slimmer tool, tilt it otherwise, or retract further.";
+        "The tool or a body of the machine is where it must not be: shank or holder in the part, any of it in another body.",
+        "Use a longer or slimmer tool, tilt it otherwise, retract further, or mount part and fixtures otherwise.";
+    NearMiss "R706" "near-miss" Notice,
+        "Two bodies come nearer to each other than near_miss of either allows.",
+        "Retract further, or mount part and fixtures otherwise; near_miss in machine file and job says what is near.";
     RapidInStock "R801" "rapid-in-stock" Fault,
         "A rapid move goes through material that is still there.",
         "Retract further before the rapid, move at a feed, or take the material away first.";

@@ -1,11 +1,12 @@
 //! A program on its machine without a part: what the machine makes of it, judged; and how many rules it keeps.
 
 use super::InputFile;
+use super::scene::scene_of_machine;
 use crate::diagnostic::{Diagnostic, Result};
 use crate::machine::{Machine, Setup};
 use crate::nc::{self, Program, Rules};
 use crate::simulate::{OwnTool, ToolMotion, simulate};
-use crate::verify::{MachineVerification, verify_motion};
+use crate::verify::{MachineVerification, bodies_met, verify_motion};
 
 /// A program and the machine that it is for.
 #[derive(Clone, Copy, Debug)]
@@ -34,10 +35,15 @@ pub struct Checked {
 }
 
 /// Judges a program by what its machine makes of it. A program that leaves it uncertain what the control does fails, see
-/// [`doubts`] for how to refuse it. Refuses a machine without that work offset, and lengths that are none.
+/// [`doubts`] for how to refuse it. Bodies of the machine are followed where the tool's length is given. Refuses a machine without that work offset, and lengths that are none.
 pub fn check(request: &CheckRequest<'_>) -> Result<Checked> {
     let (program, motion) = follow(request)?;
     let record = verify_motion(&program, &motion, request.despite_unknown_text);
+    // Without a length nobody knows where the spindle stands.
+    if request.gauge_length == 0.0 {
+        return Ok(Checked { motion, record });
+    }
+    let record = record.with_bodies(&bodies_met(&motion, &scene_of_machine(motion.setup())?));
     Ok(Checked { motion, record })
 }
 

@@ -3,7 +3,7 @@
 use super::reach::axis_bound;
 use crate::diagnostic::{Diagnostic, Result};
 use crate::job::{Job, MachineSpec};
-use crate::machine::{DialectOptions, Machine, WorkOffset};
+use crate::machine::{Body, DialectOptions, Machine, WorkOffset};
 use crate::part::{DesignSurface, Part, ReadOptions, read, require_closed};
 use crate::plan::DirectionField;
 use crate::stock::Blank;
@@ -37,6 +37,8 @@ pub struct Inputs {
     tool: Option<Tool>,
     /// The stock's mesh, once it is read.
     blank: Option<Blank>,
+    /// The fixtures, once their files are read.
+    fixtures: Vec<Body>,
     /// Hash so far, to go on with.
     hasher: Sha256,
 }
@@ -106,7 +108,8 @@ impl Inputs {
                 let part = Part { name: job.name.clone(), surface, body, check };
                 let tool = job.tool.given().cloned();
                 job.strategy.reach = axis_bound(&machine).map_err(|e| vec![*e])?;
-                Ok(Self { job, part, machine, hash: digits(&hasher), tool, blank: None, hasher })
+                let fixtures = job.fixtures.clone();
+                Ok(Self { job, part, machine, hash: digits(&hasher), tool, blank: None, fixtures, hasher })
             }
             _ => Err(findings),
         }
@@ -126,6 +129,19 @@ impl Inputs {
     /// The stock that its file holds, where it has been read.
     pub(super) fn blank(&self) -> Option<&Blank> {
         self.blank.as_ref()
+    }
+
+    /// What stands on the table beside the part, part frame.
+    pub(super) fn fixtures(&self) -> &[Body] {
+        &self.fixtures
+    }
+
+    /// Reads the closed mesh that a fixture of the job names.
+    pub fn with_fixture_file(mut self, index: usize, file: InputFile<'_>) -> Result<Self> {
+        if let Some(fixture) = self.fixtures.get_mut(index) {
+            *fixture = fixture.clone().with_file(file.name, file.bytes)?;
+        }
+        Ok(self)
     }
 
     /// Settles what the stock's file holds.

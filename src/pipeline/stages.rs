@@ -1,20 +1,21 @@
 //! The stages of a job, each from what the stage before it gave: plan, post, verify.
 
 use super::check::doubts;
+use super::scene::{scene_of_job, scene_of_machine, stands_of_job};
 use super::stock::mill;
 use super::suspect::suspicion;
 use super::{InputFile, Inputs};
 use crate::diagnostic::{Diagnostic, Result};
 use crate::feed::{Loss, Schedule, excesses};
 use crate::job::ToolSpec;
-use crate::machine::{Choice, LinearizeOptions, Machine, Setup, linearize};
+use crate::machine::{Choice, LinearizeOptions, Machine, Scene, Setup, linearize};
 use crate::motion::ToolPath;
 use crate::nc::{self, Program, Rules, WriteRequest, write};
 use crate::plan::meridian::{ToolRequest, ToolWish, find_tool, plan_found};
 use crate::plan::{self, Observer, Plan, PlanRequest};
 use crate::simulate::{OwnTool, ToolMotion, simulate};
 use crate::tool::Tool;
-use crate::verify::{Milled, Settings, Subject, ToleranceRecord, Verified, verify};
+use crate::verify::{Milled, Settings, Subject, ToleranceRecord, Verified, bodies_met, verify};
 
 /// How a program is to be written.
 #[derive(Clone, Copy, Debug)]
@@ -126,12 +127,19 @@ fn plan_request<'a>(inputs: &'a Inputs, tool: &'a Tool, observer: &'a dyn Observ
     }
 }
 
-/// Writes the program of a tool path.
+/// Writes the program of a tool path. Where the tool leaves the part to turn back, bodies of the machine and the tool's
+/// axis stay clear of each other.
 pub fn post(request: &PostRequest<'_>) -> Result<Posted> {
+    post_among(request, scene_of_machine)
+}
+
+fn post_among(request: &PostRequest<'_>, scene: impl FnOnce(&Setup) -> Result<Scene>) -> Result<Posted> {
     let PostRequest { path, machine, work_offset, number, input_hash } = *request;
     let setup = Setup::new(machine, work_offset, path.tool.gauge_length)?;
     let tcp = machine.control.tcp;
-    let linearized = linearize(path, &setup, tcp, &LinearizeOptions::default())?;
+    let scene = scene(&setup)?;
+    let options = LinearizeOptions { scene: Some(&scene), ..LinearizeOptions::default() };
+    let linearized = linearize(path, &setup, tcp, &options)?;
     let mut schedule = Schedule::new(path, &setup, tcp, &linearized.moves);
     let write = |schedule: &Schedule| {
         let moves = schedule.moves();
@@ -165,16 +173,18 @@ pub fn post(request: &PostRequest<'_>) -> Result<Posted> {
 /// program is verified.
 const WORD_ROUNDS: usize = 8;
 
-/// Writes the program of a job's tool path.
+/// Writes the program of a job's tool path. Where the tool leaves the part to turn back, it stays clear of fixtures and
+/// bodies of the machine.
 pub fn post_job(inputs: &Inputs, path: &ToolPath) -> Result<Posted> {
     let job = &inputs.job;
-    post(&PostRequest {
+    let request = PostRequest {
         path,
         machine: &inputs.machine,
         work_offset: &job.machine.work_offset,
         number: job.output.program_number,
         input_hash: &inputs.hash,
-    })
+    };
+    post_among(&request, |setup| stands_of_job(inputs, setup))
 }
 
 /// Follows a program's text and measures what it leaves of the job's part. `path` is the tool path that it was posted
@@ -209,6 +219,8 @@ pub fn judge(
     if let Some(suspicion) = suspicion(&read, motion.setup(), inputs, tool, &verified) {
         verified.record.add(suspicion);
     }
+    let scene = scene_of_job(inputs, motion.setup(), tool).map_err(refuse)?;
+    verified = verified.with_bodies(&bodies_met(&motion, &scene));
     let milled = mill(inputs, &motion).map_err(refuse)?;
     let verified = match &milled {
         Some(milled) => verified.with_stock(milled),

@@ -3,6 +3,7 @@
 //! `nc`.
 
 mod arc;
+mod axis_course;
 mod bound;
 mod duration;
 mod follow;
@@ -15,6 +16,7 @@ mod tests;
 mod tool_motion;
 
 pub use arc::Arc;
+pub use axis_course::SegmentCourse;
 pub use follow::{OwnTool, simulate};
 pub use segment::{Path, Segment, SegmentKind};
 pub use statistics::{AxisReport, AxisStatistics, LimitKind, LimitViolation};

@@ -158,6 +158,7 @@ pub fn verify(subject: &Subject<'_>, settings: &Settings) -> Verified {
         axes: AxisRecord::all(&axes),
         limits: axes.limits,
         collisions: contacts.iter().map(|(contact, _)| collision(motion, contact)).collect(),
+        near_misses: Vec::new(),
         stock: None,
         findings: listed,
         uncertainty: settings.uncertainty.then(|| uncertainty(motion, &part)).flatten(),
@@ -242,7 +243,8 @@ pub fn verify_motion(program: &Program, motion: &ToolMotion, despite_unknown_tex
         round_trip: (),
         axes: AxisRecord::all(&axes),
         limits: axes.limits,
-        collisions: [],
+        collisions: Vec::new(),
+        near_misses: Vec::new(),
         findings,
     }
 }

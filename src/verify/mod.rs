@@ -1,6 +1,7 @@
 //! The swept tool against the part, axis limits, round trip, and the verdict. May use: geometry, part, tool, motion,
 //! collide, machine, nc (reading half), simulate, stock.
 
+mod bodies;
 mod body;
 mod bound;
 mod contacts;
@@ -27,6 +28,7 @@ mod sweep;
 mod swept;
 mod uncertainty;
 
+pub use bodies::{BodiesMet, bodies_met};
 pub use contacts::{Contact, Obstacle, ToolBody};
 pub use deviation::PartDeviation;
 pub use judge::{Settings, Subject, Verified, verify, verify_motion};
@@ -34,8 +36,9 @@ pub use measured::MeasuredSample;
 pub use motion_tree::{BlockMotion, Instant};
 pub use ray::NormalRay;
 pub use record::{
-    AxisRecord, CollisionRecord, DeviationRecord, FindingRecord, MachineVerification, ParameterRecord, ProgramRecord,
-    RoundTripRecord, StockRecord, StripsRecord, ToleranceRecord, UncertaintyRecord, Verdict, Verification, by_letter,
+    AxisRecord, CollisionRecord, DeviationRecord, FindingRecord, MachineVerification, NearMissRecord, ParameterRecord,
+    ProgramRecord, RoundTripRecord, StockRecord, StripsRecord, ToleranceRecord, UncertaintyRecord, Verdict,
+    Verification, by_letter,
 };
 pub use stock::{Milled, StockLimits, removal_rate};
 pub use strips::Runs;

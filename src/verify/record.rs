@@ -42,8 +42,10 @@ pub struct Verification {
     pub axes: Vec<(char, AxisRecord)>,
     /// Limits passed, in the order of the program.
     pub limits: Vec<LimitViolation>,
-    /// The tool where it must not be, in the order of time.
+    /// The tool, or a body of the machine, where it must not be, in the order of time.
     pub collisions: Vec<CollisionRecord>,
+    /// Bodies that come nearer to each other than they should, in the order of time.
+    pub near_misses: Vec<NearMissRecord>,
     /// The way through the stock; left out where the job has none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub stock: Option<StockRecord>,
@@ -110,8 +112,10 @@ pub struct MachineVerification {
     pub axes: Vec<(char, AxisRecord)>,
     /// Limits passed, in the order of the program.
     pub limits: Vec<LimitViolation>,
-    /// Empty: there is no part.
-    pub collisions: [(); 0],
+    /// Bodies of the machine that run into each other, in the order of time.
+    pub collisions: Vec<CollisionRecord>,
+    /// Bodies that come nearer to each other than they should, in the order of time.
+    pub near_misses: Vec<NearMissRecord>,
     /// Everything found, in the order of the program.
     pub findings: Vec<FindingRecord>,
 }
@@ -288,6 +292,21 @@ pub struct CollisionRecord {
     pub body_b: String,
     /// How deep.
     pub depth_mm: f64,
+}
+
+/// Two bodies nearer to each other than they should be.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct NearMissRecord {
+    /// Line of the program, from 1.
+    pub line: usize,
+    /// When they are nearest.
+    pub time_s: f64,
+    /// What moves.
+    pub body_a: String,
+    /// What it comes near to.
+    pub body_b: String,
+    /// How near.
+    pub distance_mm: f64,
 }
 
 /// The way through the stock.
