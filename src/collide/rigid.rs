@@ -194,6 +194,10 @@ impl<S: RigidSweep> Search<'_, S> {
                 continue;
             }
             let [a, b] = [&self.moving.nodes[nodes[0]], &self.fixed.nodes[nodes[1]]];
+            // What parts the whole bodies parts most of their pieces.
+            if interval.least(&a.form, &b.form, hint) >= limit {
+                continue;
+            }
             let middle = self.sweep.motion(interval.middle());
             let (apart, n) = separation(&a.form, &middle, &b.form, hint);
             if open.is_empty() {

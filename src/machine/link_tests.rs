@@ -2,7 +2,6 @@
 
 use super::*;
 use crate::machine::BUILTIN;
-use crate::motion::Pose;
 use proptest::prelude::*;
 
 fn axes() -> impl Strategy<Value = AxisPosition> {
@@ -29,34 +28,6 @@ fn carriers() -> impl Strategy<Value = [Carrier; 3]> {
     prop::array::uniform3(prop_oneof![Just(Carrier::Table), Just(Carrier::Head)])
 }
 
-/// The axes go straight, or the tip does.
-struct Course<'a> {
-    setup: &'a Setup,
-    ends: [AxisPosition; 2],
-    tip: Option<[Pose; 2]>,
-}
-
-impl AxisCourse for Course<'_> {
-    fn axes(&self, share: f64) -> AxisPosition {
-        let straight = self.ends[0].interpolate(&self.ends[1], share);
-        let Some([from, to]) = self.tip else { return straight };
-        self.setup.with_rotary(&(from.tip + (to.tip - from.tip) * share), straight.rotary)
-    }
-
-    fn rates(&self) -> AxisRates {
-        let [from, to] = self.ends;
-        let rotary = [0, 1].map(|k: usize| to.rotary[k] - from.rotary[k]);
-        let linear = match self.tip {
-            Some([from, to]) => LinearRates::Tip { speed: (to.tip - from.tip).norm(), acceleration: 0.0 },
-            None => {
-                let way = Vector::from(to.linear) - Vector::from(from.linear);
-                LinearRates::Axes { speed: (self.setup.linear_directions().0 * way).norm(), acceleration: 0.0 }
-            }
-        };
-        AxisRates { rotary, linear }
-    }
-}
-
 proptest! {
     /// Whatever the linear axes carry, the spindle's link brings the tip where the kinematics say.
     #[test]
@@ -80,7 +51,7 @@ proptest! {
         let setup = setup(index, on);
         let (from, to) = (standing(&setup, from), standing(&setup, from.interpolate(&to, shrink)));
         let poses = [from, to].map(|axes| setup.forward(&axes));
-        let course = Course { setup: &setup, ends: [from, to], tip: tip.then_some(poses) };
+        let course = Hop { setup: &setup, ends: [from, to], tips: tip.then_some(poses.map(|pose| pose.tip)) };
         let link = |k: usize| match k {
             0..3 => Link::Linear(k),
             3 if setup.machine().rotary[0].is_present() => Link::Rotary(0),

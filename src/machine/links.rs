@@ -58,6 +58,36 @@ pub trait AxisCourse: Sync {
     fn rates(&self) -> AxisRates;
 }
 
+/// A way on which every axis goes straight, or the tip does, while the rotary axes turn evenly.
+pub(super) struct Hop<'a> {
+    pub(super) setup: &'a Setup,
+    pub(super) ends: [AxisPosition; 2],
+    /// Tips at both ends in the part frame, where the tip goes straight between them.
+    pub(super) tips: Option<[Point; 2]>,
+}
+
+impl AxisCourse for Hop<'_> {
+    fn axes(&self, share: f64) -> AxisPosition {
+        let straight = self.ends[0].interpolate(&self.ends[1], share);
+        match self.tips {
+            Some([from, to]) => self.setup.with_rotary(&(from + (to - from) * share), straight.rotary),
+            None => straight,
+        }
+    }
+
+    fn rates(&self) -> AxisRates {
+        let [from, to] = &self.ends;
+        let linear = match self.tips {
+            Some([from, to]) => LinearRates::Tip { speed: (to - from).norm(), acceleration: 0.0 },
+            None => {
+                let way = self.setup.linear_directions().0 * (Vector::from(to.linear) - Vector::from(from.linear));
+                LinearRates::Axes { speed: way.norm(), acceleration: 0.0 }
+            }
+        };
+        AxisRates { rotary: [0, 1].map(|k: usize| to.rotary[k] - from.rotary[k]), linear }
+    }
+}
+
 /// One axis of a branch.
 #[derive(Clone, Copy, Debug)]
 enum Step {

@@ -53,7 +53,7 @@ pub use linearize::{LinearizeOptions, Linearized, axis_positions, linearize};
 pub use links::{AxisCourse, AxisRates, LinearRates};
 pub use model::{AxisZero, Carrier, LinearAxis, Machine, RotaryAxis, RotaryMotion, Sense, Spindle, Tolerances, Travel};
 pub use reach::{ReachMap, Ways, beyond};
-pub use scene::{Encounter, Hints, Scene};
+pub use scene::{Encounter, Hints, PART, Scene};
 pub use schema::schema;
 pub use setup::{Interpolation, InverseSolutions, Segment, Setup, Unreachable, unwind};
 pub use templates::{FIELDS as TEMPLATE_FIELDS, Template, Templates, environment as template_environment};

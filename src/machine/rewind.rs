@@ -10,7 +10,7 @@
 use super::axes::AxisPosition;
 use super::course::{CoursedPass, Courses};
 use super::limits::Excess;
-use super::links::{AxisCourse, AxisRates, LinearRates};
+use super::links::{AxisCourse, Hop};
 use super::place::{Stop, whereabouts};
 use super::scene::{Encounter, Scene};
 use super::setup::Setup;
@@ -64,36 +64,6 @@ pub(super) struct Room<'a> {
     pub(super) scene: Option<&'a Scene>,
     /// Whether the tip goes straight in the part between the ends of blocks.
     pub(super) tcp: bool,
-}
-
-/// A block of the way.
-struct Hop<'a> {
-    setup: &'a Setup,
-    ends: [AxisPosition; 2],
-    /// Tips at both ends in the part frame, where the tip goes straight between them.
-    tips: Option<[Point; 2]>,
-}
-
-impl AxisCourse for Hop<'_> {
-    fn axes(&self, share: f64) -> AxisPosition {
-        let straight = self.ends[0].interpolate(&self.ends[1], share);
-        match self.tips {
-            Some([from, to]) => self.setup.with_rotary(&(from + (to - from) * share), straight.rotary),
-            None => straight,
-        }
-    }
-
-    fn rates(&self) -> AxisRates {
-        let [from, to] = &self.ends;
-        let linear = match self.tips {
-            Some([from, to]) => LinearRates::Tip { speed: (to - from).norm(), acceleration: 0.0 },
-            None => {
-                let way = self.setup.linear_directions().0 * (Vector::from(to.linear) - Vector::from(from.linear));
-                LinearRates::Axes { speed: way.norm(), acceleration: 0.0 }
-            }
-        };
-        AxisRates { rotary: [0, 1].map(|k: usize| to.rotary[k] - from.rotary[k]), linear }
-    }
 }
 
 impl<'a> Rewinder<'a> {

@@ -252,20 +252,10 @@ fn fixture(name: &str, low: Point, high: Point) -> Body {
 
 /// Whether bodies run into each other on the ways aside.
 fn collides(scene: &Scene, setup: &Setup, solved: &Linearized) -> bool {
-    struct Turn<'a>(&'a Setup, [AxisPosition; 2], [Point; 2]);
-    impl AxisCourse for Turn<'_> {
-        fn axes(&self, share: f64) -> AxisPosition {
-            let tip = self.2[0] + (self.2[1] - self.2[0]) * share;
-            self.0.with_rotary(&tip, self.1[0].interpolate(&self.1[1], share).rotary)
-        }
-        fn rates(&self) -> AxisRates {
-            let rotary = [0, 1].map(|k: usize| self.1[1].rotary[k] - self.1[0].rotary[k]);
-            AxisRates { rotary, linear: LinearRates::Tip { speed: (self.2[1] - self.2[0]).norm(), acceleration: 0.0 } }
-        }
-    }
     asides(&solved.moves).into_iter().any(|aside| {
         solved.moves[aside.start - 1..aside.end].windows(2).any(|pair| {
-            let turn = Turn(setup, [pair[0].to, pair[1].to], [pair[0].pose.tip, pair[1].pose.tip]);
+            let tips = Some([pair[0].pose.tip, pair[1].pose.tip]);
+            let turn = links::Hop { setup, ends: [pair[0].to, pair[1].to], tips };
             scene.encounters(&turn, &mut scene.hints()).iter().any(Encounter::is_collision)
         })
     })

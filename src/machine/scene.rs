@@ -10,13 +10,16 @@ use super::links::{AxisCourse, LinkSweep, Place};
 use super::setup::Setup;
 use crate::collide::{Rigid, ToolSolid, nearing};
 use crate::diagnostic::Result;
-use crate::geometry::{Point, RigidMotion, Vector};
+use crate::geometry::{Aabb, Point, RigidMotion, Vector};
 use crate::tool::{Section, Tool};
 
 /// How exactly distances are followed, mm.
 const RESOLUTION: f64 = 5e-4;
 /// Touch that is no collision, mm.
 const TOUCH: f64 = 1e-3;
+
+/// What the part is called.
+pub const PART: &str = "part";
 
 /// What a member of a scene is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -70,12 +73,17 @@ impl Encounter {
 pub struct Hints(Vec<Vector>);
 
 impl Scene {
+    /// Nothing to look at.
+    pub fn empty(setup: &Setup) -> Self {
+        Self { setup: setup.clone(), members: Vec::new(), pairs: Vec::new() }
+    }
+
     /// The bodies of a machine.
     ///
     /// # Errors
     /// A body whose file has not been read.
     pub fn new(setup: &Setup) -> Result<Self> {
-        let mut scene = Self { setup: setup.clone(), members: Vec::new(), pairs: Vec::new() };
+        let mut scene = Self::empty(setup);
         for body in &setup.machine().bodies {
             scene.add(Kind::Machine, &body.name, body.link, body.near_miss, Some(body.rigid(Vector::zeros())?));
         }
@@ -120,7 +128,17 @@ impl Scene {
     pub fn with_part(mut self, triangles: &[[Point; 3]]) -> Self {
         let zero = Vector::from(self.setup.work_offset());
         let moved: Vec<_> = triangles.iter().map(|corners| corners.map(|corner| corner + zero)).collect();
-        self.add(Kind::Part, "part", Link::Table, 0.0, Some(Rigid::mesh(&moved)));
+        self.add(Kind::Part, PART, Link::Table, 0.0, Some(Rigid::mesh(&moved)));
+        self.pair();
+        self
+    }
+
+    /// The same with a box that holds the part, part frame.
+    #[must_use]
+    pub fn with_part_box(mut self, bounds: &Aabb) -> Self {
+        let zero = Vector::from(self.setup.work_offset());
+        let rigid = Rigid::cuboid(bounds.low + zero, bounds.high + zero);
+        self.add(Kind::Part, PART, Link::Table, 0.0, Some(rigid));
         self.pair();
         self
     }

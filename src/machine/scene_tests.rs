@@ -2,32 +2,16 @@
 
 use super::*;
 use crate::geometry::Direction;
-use crate::machine::links::{AxisRates, LinearRates};
+use crate::machine::links::Hop;
 use crate::machine::{Form, Machine};
 use crate::tool::meridian::at;
 use crate::tool::{CutterShape, Fixture};
 use proptest::prelude::*;
 
 /// The tip goes straight in the part while the rotary axes turn evenly.
-struct TipWay<'a> {
-    setup: &'a Setup,
-    tips: [Point; 2],
-    rotary: [[f64; 2]; 2],
-}
-
-impl AxisCourse for TipWay<'_> {
-    fn axes(&self, share: f64) -> AxisPosition {
-        let [from, to] = self.rotary;
-        let tip = self.tips[0] + (self.tips[1] - self.tips[0]) * share;
-        self.setup.with_rotary(&tip, [0, 1].map(|k: usize| from[k] + (to[k] - from[k]) * share))
-    }
-
-    fn rates(&self) -> AxisRates {
-        let [from, to] = self.rotary;
-        let speed = (self.tips[1] - self.tips[0]).norm();
-        let linear = LinearRates::Tip { speed, acceleration: 0.0 };
-        AxisRates { rotary: [0, 1].map(|k: usize| to[k] - from[k]), linear }
-    }
+fn tip_way(setup: &Setup, tips: [Point; 2], rotary: [[f64; 2]; 2]) -> Hop<'_> {
+    let ends = [0, 1].map(|k: usize| setup.with_rotary(&tips[k], rotary[k]));
+    Hop { setup, ends, tips: Some(tips) }
 }
 
 fn bare(name: &str) -> Machine {
@@ -71,7 +55,7 @@ fn what_turns_with_table_or_head_is_met_at_its_place_in_the_part() {
             let tips = [-200.0, 260.0].map(|x| Point::new(x, beside, 20.0));
             let mut rotary = [[0.0; 2]; 2];
             rotary[1][turning & 1] = 1.3;
-            let met = found(&scene, &TipWay { setup: &setup, tips, rotary });
+            let met = found(&scene, &tip_way(&setup, tips, rotary));
             if truth > 1.0 {
                 assert_eq!(met, [], "{name}");
                 continue;
@@ -97,11 +81,7 @@ fn a_spindle_is_stopped_by_the_table_where_both_say() {
     // Bodies of one link, and of neighbours, touch by construction.
     assert_eq!(scene.pairs.len(), 4);
     // The table stands level, the nose comes down to half a millimetre over it: the tip would be far below.
-    let course = |tip: f64| TipWay {
-        setup: &setup,
-        tips: [Point::new(0.0, 0.0, 50.0), Point::new(0.0, 0.0, tip)],
-        rotary: [[0.0; 2]; 2],
-    };
+    let course = |tip: f64| tip_way(&setup, [Point::new(0.0, 0.0, 50.0), Point::new(0.0, 0.0, tip)], [[0.0; 2]; 2]);
     let met = found(&scene, &course(-139.5));
     assert_eq!(met.len(), 1, "{met:?}");
     assert!(met[0].0 == ["nose".to_owned(), "table".to_owned()] && (met[0].1 - 0.5).abs() < 1e-3, "{met:?}");
@@ -146,7 +126,7 @@ proptest! {
             let form = Form::Cylinder { base: post_at, axis: Direction::new_normalize(axis), radius: 9.0, length: 30.0 };
             let fixture = Body { near_miss: 60.0, ..body("post", Link::Table, form) };
             let scene = Scene::new(&setup).unwrap().with_fixtures(&[fixture]).unwrap().with_tool(&tool());
-            found(&scene, &Joints { setup: &setup, ends })
+            found(&scene, &Hop { setup: &setup, ends, tips: None })
         };
         let (foot, axis) = (Point::from(foot), Vector::new(0.2, 0.3, 1.0));
         let from = AxisPosition { linear: [0.0, 0.0, 90.0], rotary: [tilt, 0.4] };
@@ -167,24 +147,5 @@ proptest! {
         for (a, b) in plain.iter().zip(&spun) {
             prop_assert!(a.0 == b.0 && (a.1 - b.1).abs() <= 2e-3 + 3e-3 * (-a.1).max(0.0), "{a:?} {b:?}");
         }
-    }
-}
-
-/// Every axis goes straight.
-struct Joints<'a> {
-    setup: &'a Setup,
-    ends: [AxisPosition; 2],
-}
-
-impl AxisCourse for Joints<'_> {
-    fn axes(&self, share: f64) -> AxisPosition {
-        self.ends[0].interpolate(&self.ends[1], share)
-    }
-
-    fn rates(&self) -> AxisRates {
-        let [from, to] = self.ends;
-        let way = self.setup.linear_directions().0 * (Vector::from(to.linear) - Vector::from(from.linear));
-        let linear = LinearRates::Axes { speed: way.norm(), acceleration: 0.0 };
-        AxisRates { rotary: [0, 1].map(|k: usize| to.rotary[k] - from.rotary[k]), linear }
     }
 }

@@ -39,10 +39,6 @@ pub struct Checked {
 pub fn check(request: &CheckRequest<'_>) -> Result<Checked> {
     let (program, motion) = follow(request)?;
     let record = verify_motion(&program, &motion, request.despite_unknown_text);
-    // Without a length nobody knows where the spindle stands.
-    if request.gauge_length == 0.0 {
-        return Ok(Checked { motion, record });
-    }
     let record = record.with_bodies(&bodies_met(&motion, &scene_of_machine(motion.setup())?));
     Ok(Checked { motion, record })
 }

@@ -136,8 +136,10 @@ impl Inputs {
         &self.fixtures
     }
 
-    /// Reads the closed mesh that a fixture of the job names.
+    /// Reads the closed mesh that a fixture of the job names. Its bytes go into the hash: the program keeps clear of it.
     pub fn with_fixture_file(mut self, index: usize, file: InputFile<'_>) -> Result<Self> {
+        self.hasher.update(file.bytes);
+        self.hash = digits(&self.hasher);
         if let Some(fixture) = self.fixtures.get_mut(index) {
             *fixture = fixture.clone().with_file(file.name, file.bytes)?;
         }

@@ -242,6 +242,7 @@ fn figures(verified: &Verified) -> Vec<Figure> {
         plain("Largest kink between strips", strips.kink_max_deg, 3, "deg"),
         plain("Largest step between strips", strips.gap_max_mm, 4, "mm"),
         judged("Collisions", record.collisions.len() as f64, "", 0.0),
+        plain("Near misses", record.near_misses.len() as f64, 0, ""),
         judged("Axis limits passed", record.limits.len() as f64, "", 0.0),
         plain("Duration", program.duration_s, 1, "s"),
         plain("Way of the tip at feed", program.cut_length_mm, 1, "mm"),

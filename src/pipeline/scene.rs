@@ -2,24 +2,28 @@
 
 use super::Inputs;
 use crate::diagnostic::Result;
-use crate::geometry::Point;
-use crate::machine::{Link, Scene, Setup};
+use crate::geometry::{Aabb, Point};
+use crate::machine::{PART, Scene, Setup};
 use crate::part::DesignSurface;
+use crate::simulate::ToolMotion;
 use crate::tool::Tool;
+use crate::verify::{BodiesMet, bodies_met};
 
 /// Samples of a part's surface that bodies of the machine must stay clear of.
 const SAMPLES: f64 = 20_000.0;
 
-/// Bodies of the machine, fixtures, the tool, and where anything could come near it, the part.
-pub(super) fn scene_of_job(inputs: &Inputs, setup: &Setup, tool: &Tool) -> Result<Scene> {
-    let scene = stands(inputs, setup)?.with_tool(tool);
-    let moves = |link: Link| !matches!(link, Link::Base | Link::Table);
-    if !setup.machine().bodies.iter().any(|body| moves(body.link)) {
-        return Ok(scene);
-    }
+/// What of the machine, the fixtures and the tool comes too near each other, and what of the machine too near the part.
+pub(super) fn met_in_job(inputs: &Inputs, motion: &ToolMotion, tool: &Tool) -> Result<Vec<BodiesMet>> {
+    let scene = stands(inputs, motion.setup())?.with_tool(tool);
     let part = &inputs.part;
-    let surfaces = std::iter::once(&part.surface).chain(&part.body).chain(&part.check);
-    Ok(scene.with_part(&surfaces.flat_map(triangles).collect::<Vec<_>>()))
+    let surfaces = || std::iter::once(&part.surface).chain(&part.body).chain(&part.check);
+    let bounds = surfaces().fold(Aabb::empty(), |sum, surface| sum.union(&surface.bounds()));
+    // Most machines stay far from their parts: a box about it is enough to tell.
+    let met = bodies_met(motion, &scene.clone().with_part_box(&bounds));
+    if !met.iter().any(|one| one.names.iter().any(|name| name == PART)) {
+        return Ok(met);
+    }
+    Ok(bodies_met(motion, &scene.with_part(&surfaces().flat_map(triangles).collect::<Vec<_>>())))
 }
 
 /// Bodies of the machine, fixtures and the tool, or its axis as long as the tool is not found.
@@ -35,8 +39,12 @@ fn stands(inputs: &Inputs, setup: &Setup) -> Result<Scene> {
     Scene::new(setup)?.with_fixtures(inputs.fixtures())
 }
 
-/// Bodies of the machine, and the axis of a tool of which only the length is known.
+/// Bodies of the machine, and the axis of a tool of which only the length is known; nothing without a length, for then
+/// nobody knows where the spindle stands.
 pub(super) fn scene_of_machine(setup: &Setup) -> Result<Scene> {
+    if setup.tool_length() == 0.0 {
+        return Ok(Scene::empty(setup));
+    }
     Ok(Scene::new(setup)?.with_tool_axis())
 }
 

@@ -1,7 +1,7 @@
 //! The stages of a job, each from what the stage before it gave: plan, post, verify.
 
 use super::check::doubts;
-use super::scene::{scene_of_job, scene_of_machine, stands_of_job};
+use super::scene::{met_in_job, scene_of_machine, stands_of_job};
 use super::stock::mill;
 use super::suspect::suspicion;
 use super::{InputFile, Inputs};
@@ -15,7 +15,7 @@ use crate::plan::meridian::{ToolRequest, ToolWish, find_tool, plan_found};
 use crate::plan::{self, Observer, Plan, PlanRequest};
 use crate::simulate::{OwnTool, ToolMotion, simulate};
 use crate::tool::Tool;
-use crate::verify::{Milled, Settings, Subject, ToleranceRecord, Verified, bodies_met, verify};
+use crate::verify::{Milled, Settings, Subject, ToleranceRecord, Verified, verify};
 
 /// How a program is to be written.
 #[derive(Clone, Copy, Debug)]
@@ -219,8 +219,7 @@ pub fn judge(
     if let Some(suspicion) = suspicion(&read, motion.setup(), inputs, tool, &verified) {
         verified.record.add(suspicion);
     }
-    let scene = scene_of_job(inputs, motion.setup(), tool).map_err(refuse)?;
-    verified = verified.with_bodies(&bodies_met(&motion, &scene));
+    verified = verified.with_bodies(&met_in_job(inputs, &motion, tool).map_err(refuse)?);
     let milled = mill(inputs, &motion).map_err(refuse)?;
     let verified = match &milled {
         Some(milled) => verified.with_stock(milled),

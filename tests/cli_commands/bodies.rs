@@ -96,6 +96,29 @@ fn a_machine_alone_is_followed_with_its_bodies() {
     assert_eq!(call(&[]).status, 0);
 }
 
+#[test]
+fn a_head_that_comes_down_beside_the_tool_hits_the_part() {
+    let shop = Workshop::new();
+    let nose = "[[bodies]]\nname = \"nose\"\nmoves_with = \"spindle\"\ncylinder = { base = [0, 0, 0], radius = 30, length = 90 }\n";
+    shop.write("m.toml", machine(&shop, nose));
+    // The part stands 10 mm high at Y0 to Y0.6; the nose, 80 mm over the tip, covers it from a tool that passes it 25 mm
+    // away.
+    let program = |low: f64| passing(40.0).replace("X300\nG0 Z60\nX0", &format!("X20 Y-25\nZ{low}\nG0 Z60\nX0"));
+    let judged = |low: f64| {
+        shop.write("p.ngc", program(low));
+        shop.call(&["verify", "p.ngc", "--machine", "m.toml", "--job", "job.toml", "--json", "v.json"]);
+        serde_json::from_str::<Value>(&shop.read("v.json")).unwrap()
+    };
+    let hits = judged(-74.0)["collisions"].clone();
+    let hit = hits.as_array().unwrap().iter().find(|hit| hit["body_a"] == "nose").unwrap().clone();
+    assert_eq!((hit["line"].as_u64(), hit["body_b"].as_str()), (Some(9), Some("part")), "{hits}");
+    let near = judged(-68.5)["near_misses"].clone();
+    assert_eq!((near[0]["body_a"].as_str(), near[0]["body_b"].as_str()), (Some("nose"), Some("part")), "{near}");
+    assert!((near[0]["distance_mm"].as_f64().unwrap() - 1.5).abs() < 0.02, "{near}");
+    let clear = judged(-60.0);
+    assert_eq!((&clear["near_misses"], &clear["collisions"]), (&serde_json::json!([]), &serde_json::json!([])));
+}
+
 /// A closed block as STL, from the origin to a corner.
 fn block(size: [f64; 3], faces: usize) -> String {
     let corner = |i: usize| [0, 1, 2].map(|k| if i >> k & 1 == 1 { size[k] } else { 0.0 });
@@ -180,9 +203,9 @@ fn bodies_that_cannot_be_are_refused_with_their_place() {
     );
     // And fixtures.
     for (fixture, message, place) in [
-        ("box = { min = [0, 0, 0], max = [1, 1, 0] }", "is empty", "job.toml:32:"),
-        ("moves_with = \"C\"\nfile = \"x.stl\"", "a fixture stands on the table", "job.toml:32:"),
-        ("file = \"none.stl\"", "none.stl cannot be read", "job.toml:32:"),
+        ("box = { min = [0, 0, 0], max = [1, 1, 0] }", "is empty", "job.toml:31:"),
+        ("moves_with = \"C\"\nfile = \"x.stl\"", "a fixture stands on the table", "job.toml:31:"),
+        ("file = \"none.stl\"", "none.stl cannot be read", "job.toml:31:"),
     ] {
         shop.write("job.toml", format!("{JOB}\n[[fixtures]]\nname = \"clamp\"\n{fixture}\n"));
         shop.call(&["run", "job.toml"]).refused(message, place);
