@@ -11,7 +11,7 @@ use super::fit::{BESIDE_MARGIN, BODY_MARGIN, SphereFamily, side_foot};
 use super::limits::Limits;
 use super::rails::{BLOCK, Rails, SECOND_DIFFERENCE};
 use super::reach::MARGIN;
-use super::touch::{Hint, Instant, NoTouch, Probe, Touch, axis_gradient};
+use super::touch::{Hint, Instant, NoTouch, Probe, Touch, axis_gradient, point_gradient};
 use crate::geometry::Vector;
 use crate::motion::RuledMotion;
 use crate::optimize::minimax::{Minimax, Rows, Sides};
@@ -218,34 +218,22 @@ impl<'a> Polish<'a> {
         rows.bound(value, sides, run.into_iter().enumerate().map(move |(i, g)| (first + i, g)));
     }
 
-    /// Adds a row that holds the way of an envelope point beyond a border, `out` leading away from it.
-    ///
-    /// The point c + r n moves with its sphere's centre c and as the normal n turns: with the axis d, whose angle to n
-    /// stays, and about d by the angle -(n . dv - (n . dd)(d . v)) / ((d x n) . v), since n stays square to the velocity v
-    /// of c.
-    fn add_cover(
+    /// Adds a row that changes by `factor` times what its envelope point moves along `out`.
+    fn add_moving(
         &self,
         rows: &mut Rows,
         (t, at): (f64, &Instant),
         touch: &Touch,
-        beyond: f64,
-        sides: Sides,
-        out: &Vector,
+        (value, sides): (f64, Sides),
+        (factor, out): (f64, &Vector),
     ) {
-        let (axis, normal) = (at.rate.pose.axis.into_inner(), -touch.normal);
-        let share = (touch.centre_height - self.rails.lower_height) / at.length;
-        let velocity = at.rate.tip_rate + at.rate.axis_rate * touch.centre_height;
-        let around = axis.cross(&normal);
+        let height = touch.centre_height - self.rails.lower_height;
         let radius = self.setting.family.radius(touch.centre_height).0;
-        let turn = COVER * radius * around.dot(out) / around.dot(&velocity);
-        let turn = if turn.is_finite() { -turn } else { 0.0 };
-        let tilt = -COVER * radius * axis.dot(out) - turn * axis.dot(&velocity);
-        let tilted = (normal - axis * normal.dot(&axis)) * (tilt / at.length);
-        let (lower, upper) = axis_gradient(&(out * COVER), &axis, share);
-        let (lower, upper) = (lower - tilted, upper + tilted);
-        let (lower_rate, upper_rate) = axis_gradient(&(normal * turn), &axis, share);
+        let contact = (touch.centre_height, radius, -touch.normal);
+        let [lower, upper, lower_rate, upper_rate] =
+            point_gradient(&at.rate, (at.length, height), contact, out).map(|v| v * factor);
         let (first, run) = self.rails.rate_gradient(t, (&lower, &upper), (&lower_rate, &upper_rate));
-        rows.bound(COVER * beyond, sides, run.into_iter().enumerate().map(move |(i, g)| (first + i, g)));
+        rows.bound(value, sides, run.into_iter().enumerate().map(move |(i, g)| (first + i, g)));
     }
 
     /// Deviation of one point, and whether it reaches its border.
@@ -261,12 +249,8 @@ impl<'a> Polish<'a> {
             Err(_) => return None,
         };
         spot.hint = touch.hint();
-        let axis = at.rate.pose.axis.into_inner();
-        let share = (touch.centre_height - self.rails.lower_height) / at.length;
-        let along = |direction: &Vector| axis_gradient(direction, &axis, share);
         let frame = &touch.foot.frame;
-        let sides = self.sides(frame);
-        self.add(rows, t, touch.foot.distance, sides, along(&touch.normal));
+        self.add_moving(rows, (t, at), &touch, (touch.foot.distance, self.sides(frame)), (1.0, &frame.normal));
         let borders = self.setting.borders;
         // Beside the surface a border need not be reached, the less the farther: no point may step over its edge to where
         // it would suddenly come short.
@@ -279,14 +263,14 @@ impl<'a> Polish<'a> {
             let low = spot.share < 0.5;
             let (beyond, out) =
                 if low { (borders.low - frame.place.0, -tangent) } else { (frame.place.0 - borders.high, tangent) };
-            self.add_cover(rows, (t, at), &touch, beyond / rate, must(), &out);
+            self.add_moving(rows, (t, at), &touch, (COVER * beyond / rate, must()), (COVER, &out));
         }
         if self.is_end(t) {
             let (tangent, rate) = frame.along_gauge()?;
             let first = t == self.ends.0;
             let (beyond, out) =
                 if first { (borders.first - frame.place.1, -tangent) } else { (frame.place.1 - borders.last, tangent) };
-            self.add_cover(rows, (t, at), &touch, beyond / rate, must(), &out);
+            self.add_moving(rows, (t, at), &touch, (COVER * beyond / rate, must()), (COVER, &out));
         }
         Some(())
     }

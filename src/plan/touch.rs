@@ -101,11 +101,77 @@ pub(super) fn axis_gradient(direction: &Vector, axis: &Vector, share: f64) -> (V
     (direction - turned, turned)
 }
 
+/// Derivatives of `out . x` with respect to the lower and the upper rail point and to their rates, x being the envelope
+/// point c + r n on the sphere whose centre c, at `height` above the lower rail point of the axis of `length`, is given by
+/// its height above the tip, with r its radius and n the tool's outward normal (`contact`).
+///
+/// n keeps its angle to the axis d and stays square to the velocity v of c, so with n_a = n . d it changes by
+/// dn = n_a dd - d (n . dd) + turn (d x n), turn = -(n . dv + n_a dd . v - (d . v)(n . dd)) / ((d x n) . v).
+/// What v changes with d alone is left out: it is small against what it changes with the rates.
+pub(super) fn point_gradient(
+    rate: &PoseRate,
+    (length, height): (f64, f64),
+    (centre_height, radius, normal): (f64, f64, Vector),
+    out: &Vector,
+) -> [Vector; 4] {
+    let axis = rate.pose.axis.into_inner();
+    let share = height / length;
+    let velocity = rate.tip_rate + rate.axis_rate * centre_height;
+    let around = axis.cross(&normal);
+    let turn = radius * around.dot(out) / around.dot(&velocity);
+    let turn = if turn.is_finite() { -turn } else { 0.0 };
+    let axial = normal.dot(&axis);
+    // By dd, which is square to d.
+    let by_axis =
+        (out * axial - normal * axis.dot(out)) * radius + (velocity * axial - normal * axis.dot(&velocity)) * turn;
+    let tilted = (by_axis - axis * by_axis.dot(&axis)) / length;
+    let (lower, upper) = axis_gradient(out, &axis, share);
+    let (lower_rate, upper_rate) = axis_gradient(&(normal * turn), &axis, share);
+    [lower - tilted, upper + tilted, lower_rate, upper_rate]
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::geometry::Point;
     use proptest::prelude::*;
+
+    /// Against central differences of the envelope itself, by every coordinate of both rail points and their rates.
+    #[test]
+    fn the_envelope_point_moves_as_its_gradient_says() {
+        use crate::geometry::Direction;
+        use crate::motion::Pose;
+        use crate::tool::meridian::{Element, at};
+        let contact = Element::Line { from: at(0.0, 3.0), to: at(14.0, 6.0) }.contact(0.6);
+        // Lower and upper rail point, and their rates; nearly without turning, which is what the gradient leaves out.
+        let state = [0.2, -0.3, 1.0, 1.1, 0.4, 9.0, 20.0, 1.0, 3.0, 20.0, 1.0, 3.0];
+        let into = Vector::new(0.1, 0.9, 0.2);
+        let look = |s: &[f64; 12]| {
+            let at = |i: usize| Vector::new(s[i], s[i + 1], s[i + 2]);
+            let (span, rate) = (at(3) - at(0), at(9) - at(6));
+            let (d, length) = (span.normalize(), span.norm());
+            let axis_rate = (rate - d * d.dot(&rate)) / length;
+            let lower_height = 1.0;
+            let pose = Pose { tip: Point::from(at(0) - d * lower_height), axis: Direction::new_normalize(d) };
+            let rate = PoseRate { pose, tip_rate: at(6) - axis_rate * lower_height, axis_rate };
+            (envelope_point(&rate, &contact, &into).unwrap(), rate, length)
+        };
+        let (point, rate, length) = look(&state);
+        let height = contact.sphere_height();
+        let contact_of = (height, contact.sphere_radius(), point.normal.into_inner());
+        for out in [point.normal.into_inner(), Vector::x(), Vector::y(), Vector::z()] {
+            let gradient = point_gradient(&rate, (length, height - 1.0), contact_of, &out);
+            for i in 0..12 {
+                let moved = |by: f64| {
+                    let mut state = state;
+                    state[i] += by;
+                    look(&state).0.point.coords.dot(&out)
+                };
+                let difference = (moved(1e-5) - moved(-1e-5)) / 2e-5;
+                assert!((gradient[i / 3][i % 3] - difference).abs() < 1e-6, "{out} {i}: {gradient:?} {difference}");
+            }
+        }
+    }
 
     fn vector() -> impl Strategy<Value = Vector> {
         [-2.0..2.0_f64, -2.0..2.0, -2.0..2.0].prop_map(Vector::from)
