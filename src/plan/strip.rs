@@ -77,6 +77,8 @@ const PATIENCE: usize = 4;
 const STRAIGHTENED: usize = 2;
 /// How much more firmly a rail is held where it would leave part of the band uncut.
 const FIRM: f64 = 300.0;
+/// Weight of the same for a flank that is only just long enough: it must lie where it reaches.
+const TIGHT: f64 = 0.3;
 /// Weight of a gouge beside the strip, against 1 for a deviation on it: nearly a constraint.
 const CLEARANCE: f64 = 100.0;
 
@@ -133,8 +135,9 @@ pub(super) fn fit_strip(
             // Slanted rulings may need all of the flank; straight ones leave it some length to cover the band with.
             start = start_of(&Band { slanted: false, ..*band })?;
         }
-        let weights =
-            FitWeights { extension: 0.3, anchor, firm: FIRM * anchor, fairness: effort.fairness, clearance: CLEARANCE };
+        let tight = band.borders.low > band.low;
+        let firm = if tight { TIGHT } else { FIRM * anchor };
+        let weights = FitWeights { extension: 0.3, anchor, firm, fairness: effort.fairness, clearance: CLEARANCE };
         let patience = if attempt == 0 { 1 } else { PATIENCE };
         last = fit_anchored(chart, tool, family, (band, &start), goal, (weights, patience, effort));
         if last.is_ok() {
