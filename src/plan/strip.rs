@@ -77,7 +77,7 @@ const PATIENCE: usize = 4;
 const STRAIGHTENED: usize = 2;
 /// How much more firmly a rail is held where it would leave part of the band uncut.
 const FIRM: f64 = 300.0;
-/// Weight of the same for a flank that is only just long enough: it must lie where it reaches.
+/// Weight of the same for a single sweep whose flank is only just long enough: no neighbour covers what it misses.
 const TIGHT: f64 = 0.3;
 /// Weight of a gouge beside the strip, against 1 for a deviation on it: nearly a constraint.
 const CLEARANCE: f64 = 100.0;
@@ -135,7 +135,7 @@ pub(super) fn fit_strip(
             // Slanted rulings may need all of the flank; straight ones leave it some length to cover the band with.
             start = start_of(&Band { slanted: false, ..*band })?;
         }
-        let tight = band.borders.low > band.low;
+        let tight = band.borders.low > band.low && band.low <= 0.0 && band.high >= 1.0;
         let firm = if tight { TIGHT } else { FIRM * anchor };
         let weights = FitWeights { extension: 0.3, anchor, firm, fairness: effort.fairness, clearance: CLEARANCE };
         let patience = if attempt == 0 { 1 } else { PATIENCE };
