@@ -57,6 +57,8 @@ pub(super) struct Nearest {
     pub(super) radius: f64,
     pub(super) axial: f64,
     pub(super) radial: f64,
+    /// The profile's own normal (axial, radial) where the point lies on the profile: at a rim it leans otherwise.
+    pub(super) profile: Option<(f64, f64)>,
 }
 
 impl Span {
@@ -191,7 +193,9 @@ impl Piece {
         } else {
             owner.normal_at(foot.0, foot.1)
         };
-        Some(Nearest { height: foot.0, radius: foot.1, axial, radial })
+        let on_profile = (owner.low..=owner.high).contains(&foot.0) && foot.1 >= owner.radius_at(foot.0) - 1e-12;
+        let profile = on_profile.then(|| owner.normal_at(foot.0, foot.1));
+        Some(Nearest { height: foot.0, radius: foot.1, axial, radial, profile })
     }
 }
 

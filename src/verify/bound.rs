@@ -27,8 +27,10 @@ pub(super) struct Bounds {
 const QUARTERINGS: u32 = 8;
 /// Cells that one triangle of the grid may be cut into before more is allowed.
 const MOST_CELLS: usize = 4096;
-/// First, half the resolution is added to what was sampled; so many times that is doubled.
-const DOUBLINGS: i32 = 9;
+/// This share of the resolution is added to what was sampled: the more room, the fewer cells. So many times it is doubled
+/// where a proof fails.
+const FIRST: f64 = 0.9;
+const DOUBLINGS: i32 = 8;
 /// Covers the rounding of the figures themselves, mm.
 const ROUNDING: f64 = 1e-9;
 
@@ -55,7 +57,7 @@ impl<M: BlockMotion> Region<'_, M> {
             let of_triangle = |corners: &[u32; 3]| {
                 let cell = cells.cell(corners.map(|v| part.samples[v as usize].sample));
                 let cuts = with_mean(corners.map(|v| nearby[v as usize].as_slice()));
-                let step = |k: i32| from + 0.5 * resolution * 2.0_f64.powi(k);
+                let step = |k: i32| from + FIRST * resolution * 2.0_f64.powi(k);
                 (0..=DOUBLINGS).map(step).find(|limit| shown(&cell, &cuts, *limit)).unwrap_or(f64::INFINITY)
             };
             let most = part.triangles.par_iter().map(of_triangle).reduce(|| from, f64::max);
@@ -132,7 +134,7 @@ impl<M: BlockMotion> Region<'_, M> {
                 continue;
             }
             let cuts = self.cuts_of(&cell, &cuts);
-            if self.covered(&cell, &cuts, limit) {
+            if self.covered(&cell, &cuts, limit) || self.covered(&cell, &self.beside(&cuts, &cell), limit) {
                 continue;
             }
             if cuts.is_empty() || quarterings == QUARTERINGS || spent > MOST_CELLS {
@@ -158,6 +160,14 @@ impl<M: BlockMotion> Region<'_, M> {
             }
         }
         cuts
+    }
+
+    /// Instants a little before and after some cuts. Where the tool's end passes over a cell it cuts deepest with its rim,
+    /// which holds nothing about the place; soon after, or before, the tool does, and hardly higher.
+    fn beside(&self, cuts: &[Instant], cell: &Cell) -> Vec<Instant> {
+        const WAYS: [f64; 3] = [3.0, 12.0, 48.0];
+        let ways = || WAYS.into_iter().flat_map(|way| [way, -way]).map(|way| way * cell.radius());
+        cuts.iter().flat_map(|cut| ways().filter_map(|way| self.sweep.feed.farther_on(*cut, way))).collect()
     }
 
     /// True where the tool at one of some instants holds the whole cell, lifted by `limit`.

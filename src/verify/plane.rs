@@ -34,6 +34,15 @@ impl Plane {
         Self { normal, axial: nearest.axial, radial: nearest.radial, out, foot, pivot }
     }
 
+    /// The plane in the same place that touches the profile alone: at a rim, which the nearest point often is, it leans
+    /// least against the rays of a fan that the profile faces.
+    pub(super) fn along_profile(&self, linear: &Linear, nearest: &Nearest) -> Option<Self> {
+        let (axial, radial) = nearest.profile?;
+        let normal = linear.pose.axis.into_inner() * axial + self.out * radial;
+        let pivot = pivot((nearest.height, nearest.radius), (axial, radial));
+        Some(Self { normal, axial, radial, pivot, ..*self })
+    }
+
     /// The tangent plane of a convex piece that is parallel to the ray, between two that lean one each way; `None` for
     /// hollow pieces, and where the two face each other.
     pub(super) fn parallel(

@@ -11,6 +11,28 @@ impl<M: BlockMotion> SweptTool<'_, M> {
         self.at(ray, when).map(|touch| self.settle(ray, &query, touch))
     }
 
+    /// The instant at which the tool has gone `way` mm farther, or back where that is negative, in blocks of the same kind.
+    pub(super) fn farther_on(&self, from: Instant, way: f64) -> Option<Instant> {
+        const BLOCKS: usize = 8;
+        let (mut now, mut left) = (from, way);
+        for _ in 0..BLOCKS {
+            let [start, end] = [0.0, 1.0].map(|share| self.motion.pose(now.block, share));
+            let height = self.tree.reference;
+            let length = (end.tip - start.tip).norm().max((end.at_height(height) - start.at_height(height)).norm());
+            let share = now.share + left / length.max(f64::MIN_POSITIVE);
+            if (0.0..=1.0).contains(&share) {
+                return Some(Instant { share, ..now });
+            }
+            let (next, reached) = if left > 0.0 { (now.block + 1, 1.0) } else { (now.block.checked_sub(1)?, 0.0) };
+            if next >= self.motion.blocks() || self.motion.is_rapid(next) != self.motion.is_rapid(now.block) {
+                return None;
+            }
+            left -= (reached - now.share) * length;
+            now = Instant { block: next, share: 1.0 - reached };
+        }
+        None
+    }
+
     /// Follows the depth downhill in time from a touch: successive parabolas within a block, then on into the
     /// neighbouring blocks while the minimum lies at an end.
     pub(super) fn settle(&self, ray: &NormalRay, query: &Query, start: Touch) -> Touch {

@@ -302,6 +302,10 @@ impl<'a, M: BlockMotion> SweptTool<'a, M> {
             if value > -self.slack() {
                 return Verdict::Clear;
             }
+            let profile = fan.filter(|_| convex).and_then(|_| plane.along_profile(linear, &nearest));
+            if profile.is_some_and(|plane| clear(&plane)) {
+                return Verdict::Clear;
+            }
             promise = promise.min(value);
             let slope = plane.slope(ray);
             let at_end = slope == 0.0 || (slope < 0.0 && lambda == goal) || (slope > 0.0 && lambda == bottom);

@@ -79,3 +79,22 @@ fn what_no_pass_reaches_has_no_bound() {
     let (found, ..) = bounds(&ball(8.0), &raster(1.0, 2), &plane([-5.0, 5.0], [-4.0, 24.0]), 1e-4);
     assert_eq!(found.undercut, None);
 }
+
+/// Two strips meet where the rims of a flank mill's two ends pass, on a ridge a little above the part.
+#[test]
+fn rims_within_the_region_leave_the_bounds_near() {
+    let shape = crate::tool::CutterShape::Cylinder { diameter: 10.0, corner_radius: 0.0, flute_length: 12.0 };
+    let fixture = crate::tool::Fixture { gauge_length: 80.0, ..crate::tool::Fixture::default() };
+    let tool = Tool::new(1, &shape, &fixture).unwrap();
+    // The axis turns about the part's normal on the way: every place near a rim is passed by it.
+    let way = |x: f64, y: f64, dive: f64| {
+        let turn = 0.02 * x / 8.0;
+        pose([x, y + 0.1 * turn, 5.0 + dive], [turn.sin(), turn.cos(), 0.0])
+    };
+    let strip = |y: f64, dive: f64| (0..=8).map(move |k| way(2.0 * f64::from(k) - 8.0, y, dive)).collect::<Vec<_>>();
+    let back: Vec<_> = strip(-11.3, 0.002).into_iter().rev().collect();
+    let motion = Blocks::through(&[strip(0.0, -0.001), back].concat());
+    let (found, overcut, undercut) = bounds(&tool, &motion, &plane([-5.0, 5.0], [-6.0, 6.0]), 1e-4);
+    let near = |bound: Option<f64>, sampled: f64| bound.is_some_and(|b| b >= sampled && b <= sampled + 1e-3);
+    assert!(near(found.overcut, overcut) && near(found.undercut, undercut), "{found:?} {overcut} {undercut}");
+}

@@ -49,6 +49,27 @@ fn inside_waist(pose: &Pose, point: &Point) -> bool {
     (0.0..=40.0).contains(&height) && rho <= rim && (height - 20.0).hypot(rho - 25.0) >= 20.0
 }
 
+#[test]
+fn farther_on_is_so_far_along_the_way_and_ends_with_the_cut() {
+    let up = [0.0, 0.0, 1.0];
+    let at = |x: f64| pose([x, 0.0, 0.0], up);
+    let mut motion = Blocks::through(&[at(0.0), at(2.0), at(5.0), at(9.0)]);
+    motion.rapid[2] = true;
+    let tree = MotionTree::new(&motion, 20.0, 1e-5, |block| block < 2);
+    let body = Body::of(cylinder(10.0).flutes().iter());
+    let sweep = SweptTool::new(&motion, &tree, &body, WINDOW, 1e-6);
+    let from = Instant { block: 0, share: 0.5 };
+    let place = |way: f64| {
+        let when = sweep.farther_on(from, way)?;
+        Some(motion.pose(when.block, when.share).tip.x)
+    };
+    for way in [-1.0, -0.4, 0.0, 0.7, 1.5, 3.9] {
+        assert!(place(way).is_some_and(|x| (x - 1.0 - way).abs() < 1e-12), "{way}");
+    }
+    assert_eq!(place(-1.1), None);
+    assert_eq!(place(4.1), None);
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(400))]
 
