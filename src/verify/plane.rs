@@ -65,6 +65,8 @@ impl Plane {
         let axis = linear.pose.axis.into_inner();
         let axial = normal.dot(&axis);
         let across = normal - axis * axial;
+        // Along the axis only rounding is left, which may lie anywhere.
+        let across = across - axis * across.dot(&axis);
         let radial = across.norm();
         let out = if radial > 0.0 { across / radial } else { across };
         let (height, radius) = piece.support(axial, radial);

@@ -8,7 +8,7 @@ use crate::motion::{FeedReference, Pass, PassKind, PassMotion, Pose, RuledMotion
 use crate::nc::{Rules, read};
 use crate::part::Part;
 use crate::simulate::{ToolMotion, simulate};
-use crate::verify::{BlockMotion, Settings, Subject, ToleranceRecord, Verdict, Verified, verify};
+use crate::verify::{BlockMotion, Settings, Subject, ToleranceRecord, Verdict, Verified, verify, verify_motion};
 
 const FIRST_CUT: usize = 8;
 
@@ -315,4 +315,26 @@ fn round_trip_of_an_uneven_pass_is_what_following_it_in_blocks_costs() {
     );
     // The allowance, and the rounding of three words to five decimals.
     assert!(found.tip_max_mm < path.linearization + 1e-5, "{found:?}");
+}
+
+#[test]
+fn blocks_that_follow_faster_than_the_control_reads_are_told_with_their_first_line() {
+    let mut machine = Machine::named("xyzac-trt").unwrap();
+    machine.control.options.max_block_rate = 1000.0;
+    let setup = Setup::new(&machine, "G54", 200.0).unwrap();
+    // So many blocks of a step at 50 mm/s.
+    let starved = |count: u32, step: f64| {
+        let row: String = (1..=count).map(|k| format!("X{:.3}\n", -30.0 + step * f64::from(k))).collect();
+        let text = program(&format!("G0 Z5\nG1 Z0 F3000\nX-30\n{row}X40\n"));
+        let read = read(text.as_bytes(), &Rules::of(&machine));
+        let findings = verify_motion(&read, &simulate(&read, &setup, Some(1.into())), false).findings;
+        findings.into_iter().find(|finding| finding.id == "R603").map(|finding| (finding.line, finding.message))
+    };
+    let (line, message) = starved(40, 0.02).unwrap();
+    assert_eq!(line, Some(FIRST_CUT + 3));
+    assert!(message.starts_with("40 blocks follow each other at 2500 a second, the control takes 1000"), "{message}");
+    // 1000 a second is what it reads; 8 blocks it holds ready.
+    assert_eq!(starved(40, 0.0501), None);
+    assert_eq!(starved(8, 0.02), None);
+    assert!(starved(9, 0.02).is_some());
 }
