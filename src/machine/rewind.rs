@@ -140,7 +140,7 @@ impl<'a> Rewinder<'a> {
     }
 
     /// No two bodies may run into each other on the way; with `near_counts` they may not come near each other either,
-    /// but for those that are near where the tool cuts.
+    /// but for those that are near where the tool cuts. What the tool works on it may touch while it leaves the flank.
     fn clear(
         &self,
         scene: &Scene,
@@ -159,12 +159,17 @@ impl<'a> Rewinder<'a> {
             let hop = Hop { setup, ends: [stands, stands], tips: None };
             near.extend(scene.encounters(&hop, &mut hints).iter().map(|met| met.pair));
         }
-        for way in moves {
+        for (index, way) in moves.iter().enumerate() {
+            let at_flank = index == 0 || index + 1 == moves.len();
             ends = [ends[1], way.axes];
             let tips = tcp.then(|| ends.each_ref().map(|axes| setup.forward(axes).tip));
             let hop = Hop { setup, ends, tips };
             let met = scene.encounters(&hop, &mut hints);
-            let counts = |met: &&Encounter| met.is_collision() || (near_counts && !near.contains(&met.pair));
+            let counts = |met: &&Encounter| {
+                let known = near.contains(&met.pair);
+                let leaves = at_flank && known && scene.is_work(met.pair);
+                !leaves && (scene.collides(met) || (near_counts && !known))
+            };
             if let Some(met) = met.iter().find(counts) {
                 return Err(self.blocked(scene, to, pose, met, &hop.axes(met.share)));
             }

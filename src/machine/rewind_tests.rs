@@ -261,8 +261,15 @@ fn collides(scene: &Scene, setup: &Setup, solved: &Linearized) -> bool {
     })
 }
 
+/// A box as triangles.
+fn skin(low: Point, high: Point) -> Vec<[Point; 3]> {
+    let corner = |i: usize| Point::from(Vector::from_fn(|k, _| if i >> k & 1 == 1 { high[k] } else { low[k] }));
+    let faces = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    faces.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]).map(|face| face.map(corner)).collect()
+}
+
 #[test]
-fn a_way_out_that_a_fixture_blocks_goes_farther() {
+fn a_way_out_that_is_blocked_goes_farther() {
     let path = path(vec![pass(PassKind::Cut, spiral(450.0 / 360.0))]);
     for name in ["xyzac-trt", "head-b-table-c"] {
         let setup = limited_c(name, 200.0);
@@ -271,16 +278,37 @@ fn a_way_out_that_a_fixture_blocks_goes_farther() {
         let aside = asides(&plain.moves).remove(0);
         let middle = plain.moves[(aside.start + aside.end) / 2].pose;
         let at = middle.at_height(40.0);
-        let block = fixture("clamp", at - Vector::repeat(6.0), at + Vector::repeat(6.0));
-        let scene = Scene::new(&setup).unwrap().with_fixtures(&[block]).unwrap().with_tool_axis();
-        assert!(collides(&scene, &setup, &plain), "{name}");
-        let options = LinearizeOptions { scene: Some(&scene), ..LinearizeOptions::default() };
-        let solved = linearize(&path, &setup, true, &options).unwrap();
-        assert_eq!(solved.choice.rewinds, 1);
-        assert!(!collides(&scene, &setup, &solved), "{name}");
-        assert_whole(&path, &setup, &solved, true);
-        assert_clear(&setup, &solved, true, Point::new(0.0, 0.0, 15.0), 60.0);
+        let (low, high) = (at - Vector::repeat(6.0), at + Vector::repeat(6.0));
+        let clamp = Scene::new(&setup).unwrap().with_fixtures(&[fixture("clamp", low, high)]).unwrap();
+        let hub = Scene::new(&setup).unwrap().with_finished("finished part", &skin(low, high));
+        let (mut machine, zero) = (setup.machine().clone(), Vector::from(setup.work_offset()));
+        machine.bodies = vec![fixture("table", low + zero, high + zero)];
+        let table = Scene::new(&Setup::new(&machine, "G54", 100.0).unwrap()).unwrap();
+        for scene in [clamp.with_tool_axis(), hub.with_tool_axis(), table.with_tool_axis()] {
+            assert!(collides(&scene, &setup, &plain), "{name}");
+            let options = LinearizeOptions { scene: Some(&scene), ..LinearizeOptions::default() };
+            let solved = linearize(&path, &setup, true, &options).unwrap();
+            assert_eq!(solved.choice.rewinds, 1);
+            assert!(!collides(&scene, &setup, &solved), "{name}");
+            assert_whole(&path, &setup, &solved, true);
+            assert_clear(&setup, &solved, true, Point::new(0.0, 0.0, 15.0), 60.0);
+        }
     }
+}
+
+#[test]
+fn the_tool_may_touch_the_finished_part_where_it_leaves_its_flank() {
+    let path = path(vec![pass(PassKind::Cut, spiral(450.0 / 360.0))]);
+    let setup = limited_c("xyzac-trt", 200.0);
+    let plain = solve(&path, &setup, true);
+    let aside = asides(&plain.moves).remove(0);
+    // A plate that the tool stands in where it cuts, 0.3 mm deep, and has left once it is off the flank.
+    let pose = plain.moves[aside.start - 1].pose;
+    let (low, high) = (pose.tip - Vector::new(8.0, 8.0, 3.0), pose.tip + Vector::new(8.0, 8.0, 0.3));
+    let scene = Scene::new(&setup).unwrap().with_finished("finished part", &skin(low, high)).with_tool_axis();
+    let options = LinearizeOptions { scene: Some(&scene), ..LinearizeOptions::default() };
+    assert!(collides(&scene, &setup, &plain));
+    assert_eq!(linearize(&path, &setup, true, &options).unwrap().moves, plain.moves);
 }
 
 #[test]

@@ -2,10 +2,11 @@
 //! `geometry` and `tool`.
 //!
 //! Two bodies are looked at when more than one axis lies between them; bodies of one link or of neighbours are made to be
-//! near each other. The tool is never too near the part here: what it cuts is judged elsewhere.
+//! near each other. The tool is never too near the part here, but for ways on which it does not cut: what it cuts is judged
+//! elsewhere.
 
 use super::axes::AxisPosition;
-use super::bodies::{Body, Link};
+use super::bodies::{Body, Link, NEAR_MISS};
 use super::links::{AxisCourse, LinkSweep, Place};
 use super::setup::Setup;
 use crate::collide::{Rigid, ToolSolid, nearing};
@@ -17,6 +18,8 @@ use crate::tool::{Section, Tool};
 const RESOLUTION: f64 = 5e-4;
 /// Touch that is no collision, mm.
 const TOUCH: f64 = 1e-3;
+/// How deep the tool may graze the finished part where it does not cut, mm: tolerance of the part, and its facets.
+const GRAZE: f64 = 0.05;
 
 /// What the part is called.
 pub const PART: &str = "part";
@@ -28,6 +31,8 @@ enum Kind {
     Fixture,
     Tool,
     Part,
+    /// Skin of the finished part, and surfaces to stay clear of.
+    Finished,
 }
 
 #[derive(Clone, Debug)]
@@ -126,9 +131,7 @@ impl Scene {
     /// The same with the part's surface as triangles, part frame: only the machine's bodies must stay clear of it.
     #[must_use]
     pub fn with_part(mut self, triangles: &[[Point; 3]]) -> Self {
-        let zero = Vector::from(self.setup.work_offset());
-        let moved: Vec<_> = triangles.iter().map(|corners| corners.map(|corner| corner + zero)).collect();
-        self.add(Kind::Part, PART, Link::Table, 0.0, Some(Rigid::mesh(&moved)));
+        self.add(Kind::Part, PART, Link::Table, 0.0, Some(self.on_table(triangles)));
         self.pair();
         self
     }
@@ -141,6 +144,19 @@ impl Scene {
         self.add(Kind::Part, PART, Link::Table, 0.0, Some(rigid));
         self.pair();
         self
+    }
+
+    /// The same with a surface of the finished part as triangles, part frame, for ways on which the tool does not cut.
+    #[must_use]
+    pub fn with_finished(mut self, name: &str, triangles: &[[Point; 3]]) -> Self {
+        self.add(Kind::Finished, name, Link::Table, NEAR_MISS, Some(self.on_table(triangles)));
+        self.pair();
+        self
+    }
+
+    fn on_table(&self, triangles: &[[Point; 3]]) -> Rigid {
+        let zero = Vector::from(self.setup.work_offset());
+        Rigid::mesh(&triangles.iter().map(|corners| corners.map(|corner| corner + zero)).collect::<Vec<_>>())
     }
 
     fn tip(&self) -> Point {
@@ -178,6 +194,17 @@ impl Scene {
     /// Names of both bodies of a pair.
     pub fn names(&self, pair: usize) -> [&str; 2] {
         self.pairs.get(pair).map_or(["", ""], |pair| pair.map(|index| self.members[index].name.as_str()))
+    }
+
+    /// Whether a pair is the tool and what it works on.
+    pub(super) fn is_work(&self, pair: usize) -> bool {
+        let is = |kind| self.pairs.get(pair).is_some_and(|pair| pair.iter().any(|i| self.members[*i].kind == kind));
+        is(Kind::Tool) && is(Kind::Finished)
+    }
+
+    /// Whether two bodies run into each other, the tool into the finished part only where it does not just graze it.
+    pub(super) fn collides(&self, met: &Encounter) -> bool {
+        if self.is_work(met.pair) { met.distance < -GRAZE } else { met.is_collision() }
     }
 
     /// Directions to begin with.

@@ -26,9 +26,16 @@ pub(super) fn met_in_job(inputs: &Inputs, motion: &ToolMotion, tool: &Tool) -> R
     Ok(bodies_met(motion, &scene.with_part(&surfaces().flat_map(triangles).collect::<Vec<_>>())))
 }
 
-/// Bodies of the machine, fixtures and the tool, or its axis as long as the tool is not found.
+/// Bodies of the machine, fixtures and the tool, or its axis as long as the tool is not found; and of the finished part
+/// what the path itself says nothing of.
 pub(super) fn stands_of_job(inputs: &Inputs, setup: &Setup) -> Result<Scene> {
-    let scene = stands(inputs, setup)?;
+    let mut scene = stands(inputs, setup)?;
+    if let Some(body) = &inputs.part.body {
+        scene = scene.with_finished("finished part", &triangles(body));
+    }
+    for surface in &inputs.part.check {
+        scene = scene.with_finished("check surface", &triangles(surface));
+    }
     Ok(match inputs.tool() {
         Ok(tool) => scene.with_tool(tool),
         Err(_) => scene.with_tool_axis(),
