@@ -19,40 +19,42 @@ const ALIKE: f64 = 1.1;
 const ANSWER: f64 = 0.25;
 const LEAST_SHARE: f64 = 0.2;
 
-/// Largest error, mm, of both signs alike, foreseen for the strip between g = `low` and g = `high`; `None` where no ruling
-/// fits.
-pub(super) fn strip_error(chart: &Chart<'_>, family: &SphereFamily, (low, high): (f64, f64)) -> Option<f64> {
+/// Largest error, mm, of both signs alike, foreseen for the strip between g = `low` and g = `high` without overlaps; `None`
+/// where no ruling fits.
+pub(super) fn bare_error(chart: &Chart<'_>, family: &SphereFamily, (low, high): (f64, f64)) -> Option<f64> {
     let (first, last) = chart.span(low, high);
     let borders = Borders { low, high, first, last };
-    let band = Band { borders, low, high, overrun: 0.0, instants: INSTANTS, slanted: true };
+    strip_error(chart, family, &Band { borders, low, high, overrun: 0.0, instants: INSTANTS, slanted: true })
+}
+
+/// The same for a band with its overlaps: where these take what the flank has to spare, nothing is left for slants.
+pub(super) fn strip_error(chart: &Chart<'_>, family: &SphereFamily, band: &Band) -> Option<f64> {
+    let band = Band { overrun: 0.0, instants: INSTANTS, ..*band };
     Some(PEAK * start_strip(chart, family, family.lowest(), &band)?.misfit)
 }
 
-/// Borders moved until the strips' foreseen errors are alike, or all below `enough`, no strip wider than `widest` tells.
+/// Borders moved until the strips' foreseen errors, in any unit, are alike, or all below `enough`, no strip wider than
+/// `widest` tells; with these errors.
 pub(super) fn evened_ahead(
-    chart: &Chart<'_>,
-    family: &SphereFamily,
     mut borders: Vec<f64>,
     enough: f64,
+    error: impl Fn((f64, f64)) -> f64 + Sync,
     widest: impl Fn(&[f64]) -> Result<Vec<f64>>,
-) -> Result<Vec<f64>> {
-    let mut best: Option<(f64, Vec<f64>)> = None;
+) -> Result<(Vec<f64>, Vec<f64>)> {
+    let mut best: Option<(f64, Vec<f64>, Vec<f64>)> = None;
     for _ in 0..=ROUNDS {
-        let errors: Vec<f64> = borders
-            .par_windows(2)
-            .map(|pair| strip_error(chart, family, (pair[0], pair[1])).unwrap_or(f64::INFINITY))
-            .collect();
+        let errors: Vec<f64> = borders.par_windows(2).map(|pair| error((pair[0], pair[1]))).collect();
         let worst = errors.iter().copied().fold(0.0, f64::max);
         let mean = errors.iter().sum::<f64>() / errors.len() as f64;
-        if best.as_ref().is_none_or(|(least, _)| worst < *least) {
-            best = Some((worst, borders.clone()));
+        if best.as_ref().is_none_or(|(least, ..)| worst < *least) {
+            best = Some((worst, borders.clone(), errors.clone()));
         }
         if worst <= enough || worst <= ALIKE * mean || !worst.is_finite() {
             break;
         }
         borders = evened(&borders, &errors, &widest(&borders)?);
     }
-    Ok(best.map_or(borders, |(_, borders)| borders))
+    Ok(best.map_or((borders, Vec::new()), |(_, borders, errors)| (borders, errors)))
 }
 
 /// Borders with the strips' widths changed against their errors, in any unit, none wider than it may be.

@@ -4,7 +4,7 @@ use super::attainable::FlankLaw;
 use super::chart::{Chart, Layout, Lines};
 use super::field::{AxisField, Field, Sheet, Wish};
 use super::fit::SphereFamily;
-use super::forecast::strip_error;
+use super::forecast::bare_error;
 use super::reach::within_bound;
 use super::{PlanRequest, Strategy, StrategyKind, TipSide};
 use crate::diagnostic::{Diagnostic, Result};
@@ -182,7 +182,7 @@ fn foreseen(chart: &Chart<'_>, family: &SphereFamily, count: usize) -> Option<f6
     let share = 1.0 / count as f64;
     let errors = LOOKED_AT.iter().filter_map(|at| {
         let low = at * (1.0 - share);
-        strip_error(chart, family, (low, low + share))
+        bare_error(chart, family, (low, low + share))
     });
     errors.fold(None, |worst, error| Some(worst.map_or(error, |worst: f64| worst.max(error))))
 }

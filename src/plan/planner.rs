@@ -3,7 +3,7 @@
 use super::assess::Borders;
 use super::chart::{Chart, Frame};
 use super::fit::SphereFamily;
-use super::forecast::{evened, evened_ahead};
+use super::forecast::{bare_error, evened, evened_ahead, strip_error};
 use super::layout::{Choice, choose_layout};
 use super::limits::Limits;
 use super::link::chart_passes;
@@ -36,6 +36,16 @@ const ASIDE: f64 = 0.1;
 const TRIES: usize = 5;
 /// Error of one strip fewer, as a share of the limit, beyond which it is not tried.
 const HOPELESS: f64 = 1.6;
+/// Strips fitted first where the number may still change: those foreseen to err most.
+const PROBED: usize = 8;
+/// Share of the limits from which on their errors miss them so clearly that the rest is not fitted.
+const MISSED: f64 = 1.5;
+/// Largest foreseen error, as a share of the limits, of a number of strips that is worth fitting.
+const PROMISING: f64 = 1.6;
+/// The same for fewer strips than hold already: what is foreseen before the fit is often too much.
+const TEMPTING: f64 = 6.0;
+/// Numbers of strips for which errors are foreseen at most.
+const FORECASTS: usize = 6;
 /// Share of the error before at which more strips no longer help.
 const NO_BETTER: f64 = 0.9;
 /// Share of the limits below which foreseen errors are left as they are.
@@ -50,6 +60,14 @@ const ENOUGH: f64 = 0.4;
 const ENOUGH_GIVEN: f64 = 0.1;
 /// Linearizations of one strip toward the least largest error.
 const ROUNDS: usize = 40;
+
+/// What came of a number of strips.
+enum Trial {
+    /// All strips.
+    Whole(Vec<FittedStrip>),
+    /// The largest error of those fitted, as a share of the limits.
+    Missed(f64),
+}
 
 /// One planning run.
 pub(super) struct Planner<'a> {
@@ -84,34 +102,39 @@ impl<'a> Planner<'a> {
         self.fewest()
     }
 
-    /// The fewest strips within tolerance: from the predicted number down while it holds, or up until it does. Where more
-    /// strips no longer help, or after a few tries, the best so far stands, and its verdict says what it misses.
+    /// The fewest strips within tolerance: from the number that promises to hold down while it does, or up until it does.
+    /// Where more strips no longer help, or after a few tries, the best so far stands, and its verdict says what it misses.
     fn fewest(&self) -> Result<Vec<FittedStrip>> {
-        let mut count = self.predicted.clamp(self.least, self.least.max(MOST_STRIPS));
+        let mut count = self.promising(self.predicted.clamp(self.least, self.least.max(MOST_STRIPS)))?;
         let mut best: Option<(f64, Vec<FittedStrip>)> = None;
+        // The least strain of what was given up, and the number of strips that had it.
+        let mut missed: Option<(f64, usize)> = None;
         let mut refused = None;
         let (mut failed, mut strain_before) = (0, f64::INFINITY);
         for _ in 0..TRIES {
-            let found = self.even(count);
-            let strain = found.as_ref().map_or(f64::INFINITY, |strips| self.strain(strips));
+            let found = self.trial(count);
+            let strain = match &found {
+                Ok(Trial::Whole(strips)) => self.strain(strips),
+                Ok(Trial::Missed(strain)) => *strain,
+                Err(_) => f64::INFINITY,
+            };
             match found {
-                Ok(strips) if best.as_ref().is_none_or(|(least, _)| strain < least.max(1.0)) => {
+                Ok(Trial::Whole(strips)) if best.as_ref().is_none_or(|(least, _)| strain < least.max(1.0)) => {
                     best = Some((strain, strips));
+                }
+                Ok(Trial::Missed(_)) if missed.is_none_or(|(least, _)| strain < least) => {
+                    missed = Some((strain, count))
                 }
                 Ok(_) => {}
                 Err(error) => refused = Some(error),
             }
             let next = if strain <= 1.0 {
-                // One strip fewer errs more, at least by the square of its width.
-                let wider = strain * (count as f64 / (count as f64 - 1.0)).powi(2);
-                let fewer =
-                    (count - 1).min((count as f64 * strain.sqrt()) as usize + 1).max(self.least).max(failed + 1);
-                if wider > HOPELESS { count } else { fewer }
+                self.fewer(count, strain, failed)?
             } else {
                 let within = best.as_ref().is_some_and(|(strain, _)| *strain <= 1.0);
                 let helps = strain.is_infinite() || strain < NO_BETTER * strain_before;
                 let factor = if strain.is_finite() { strain.sqrt().clamp(1.0, 1.4) } else { 1.1 };
-                (failed, strain_before) = (count, strain.min(strain_before));
+                (failed, strain_before) = (failed.max(count), strain.min(strain_before));
                 if within || !helps { count } else { (count + 1).max((count as f64 * factor * 0.95) as usize) }
             };
             if next == count || next > MOST_STRIPS || self.request.observer.stopped() {
@@ -119,11 +142,42 @@ impl<'a> Planner<'a> {
             }
             count = next;
         }
-        match (best, refused) {
-            (Some((_, strips)), _) => Ok(strips),
-            (None, Some(error)) => Err(error),
-            (None, None) => self.even(self.predicted),
+        match (best, missed, refused) {
+            (Some((_, strips)), ..) => Ok(strips),
+            (None, Some((_, count)), _) => self.even(count),
+            (None, None, Some(error)) => Err(error),
+            (None, None, None) => self.even(self.predicted),
         }
+    }
+
+    /// The next smaller number of strips worth trying after `count` that hold with `strain`; `count` where there is none.
+    fn fewer(&self, count: usize, strain: f64, failed: usize) -> Result<usize> {
+        // One strip fewer errs more, at least by the square of its width.
+        let wider = strain * (count as f64 / (count as f64 - 1.0)).powi(2);
+        if wider > HOPELESS {
+            return Ok(count);
+        }
+        let fewer = (count - 1).min((count as f64 * strain.sqrt()) as usize + 1).max(self.least).max(failed + 1);
+        Ok(if fewer >= count || self.foreseen(fewer)? > TEMPTING { count } else { fewer })
+    }
+
+    /// The fewest strips, counted from `count` up or down, whose foreseen errors leave hope.
+    fn promising(&self, mut count: usize) -> Result<usize> {
+        let mut foreseen = self.foreseen(count)?;
+        let falls = foreseen <= PROMISING;
+        for _ in 0..FORECASTS {
+            let next = if falls { count - 1 } else { count + 1 };
+            if next < self.least || next > MOST_STRIPS {
+                break;
+            }
+            foreseen = self.foreseen(next)?;
+            match (falls, foreseen <= PROMISING) {
+                (true, false) => break,
+                (false, true) => return Ok(next),
+                _ => count = next,
+            }
+        }
+        Ok(count)
     }
 
     fn strain(&self, strips: &[FittedStrip]) -> f64 {
@@ -131,28 +185,72 @@ impl<'a> Planner<'a> {
         strips.iter().map(|s| limits.strain(&s.deviation)).fold(0.0, f64::max)
     }
 
+    /// Borders of `count` strips that are foreseen to err alike, and the errors foreseen as shares of the limits. With
+    /// `lapped`, of strips with their overlaps: it tells more surely whether a number holds.
+    fn ahead(&self, count: usize, lapped: bool) -> Result<(Vec<f64>, Vec<f64>)> {
+        let limits = self.limits();
+        let mean = 0.5 * (limits.overcut + limits.undercut);
+        let (chart, family) = (&self.chart, &self.family);
+        let strain = |(low, high): (f64, f64)| {
+            let error = match lapped {
+                true => self.band(low, high).ok().and_then(|(band, _)| strip_error(chart, family, &band)),
+                false => bare_error(chart, family, (low, high)),
+            };
+            error.map_or(f64::INFINITY, |error| error / mean)
+        };
+        evened_ahead(self.equal_borders(count)?, FORESEEN, strain, |borders| self.widest(borders))
+    }
+
+    /// Largest error of `count` strips, foreseen, as a share of the limits.
+    fn foreseen(&self, count: usize) -> Result<f64> {
+        Ok(self.ahead(count, true)?.1.into_iter().fold(0.0, f64::max))
+    }
+
     /// `count` strips whose borders are where their errors are alike: as foreseen, and once more as found where that was
     /// far off.
     fn even(&self, count: usize) -> Result<Vec<FittedStrip>> {
-        let mut borders = self.equal_borders(count)?;
         if count == 1 || self.request.strategy.method == Method::Rulings {
-            return self.fit(&borders);
+            return self.fit(&self.equal_borders(count)?);
         }
-        let limits = self.limits();
-        let enough = FORESEEN * 0.5 * (limits.overcut + limits.undercut);
-        borders = evened_ahead(&self.chart, &self.family, borders, enough, |borders| self.widest(borders))?;
-        let mut strips = self.fit(&borders)?;
-        let strains: Vec<f64> = strips.iter().map(|strip| limits.strain(&strip.deviation)).collect();
-        let (worst, mean) = (self.strain(&strips), strains.iter().sum::<f64>() / count as f64);
-        if worst > 1.0 && worst > UNEVEN * mean && !self.request.observer.stopped() {
-            let moved = evened(&borders, &strains, &self.widest(&borders)?);
-            if let Ok(again) = self.fit(&moved)
-                && self.strain(&again) < worst
-            {
-                strips = again;
+        let (borders, _) = self.ahead(count, false)?;
+        let strips = self.fit(&borders)?;
+        Ok(self.evened(&borders, strips))
+    }
+
+    /// The same, unless those strips that are foreseen to err most clearly miss the limits.
+    fn trial(&self, count: usize) -> Result<Trial> {
+        if count <= PROBED || self.request.strategy.method == Method::Rulings {
+            return self.even(count).map(Trial::Whole);
+        }
+        let (borders, foreseen) = self.ahead(count, true)?;
+        let mut order: Vec<usize> = (0..count).collect();
+        order.sort_by(|a, b| foreseen[*b].total_cmp(&foreseen[*a]));
+        let (mut strips, mut rest) = (Vec::with_capacity(count), order.as_slice());
+        while !rest.is_empty() {
+            let (next, later) = rest.split_at(rest.len().min(strips.len().max(PROBED)));
+            strips.extend(self.fit_some(&borders, next)?);
+            let strain = self.strain(&strips);
+            if strain > MISSED && !self.request.observer.stopped() {
+                return Ok(Trial::Missed(strain));
             }
+            rest = later;
         }
-        Ok(strips)
+        let mut placed: Vec<(usize, FittedStrip)> = order.into_iter().zip(strips).collect();
+        placed.sort_by_key(|(index, _)| *index);
+        let strips = placed.into_iter().map(|(_, strip)| strip).collect();
+        Ok(Trial::Whole(self.evened(&borders, strips)))
+    }
+
+    /// Strips fitted once more between moved borders where their errors were far from alike and that helps.
+    fn evened(&self, borders: &[f64], strips: Vec<FittedStrip>) -> Vec<FittedStrip> {
+        let limits = self.limits();
+        let strains: Vec<f64> = strips.iter().map(|strip| limits.strain(&strip.deviation)).collect();
+        let (worst, mean) = (self.strain(&strips), strains.iter().sum::<f64>() / strips.len() as f64);
+        if worst <= 1.0 || worst <= UNEVEN * mean || self.request.observer.stopped() {
+            return strips;
+        }
+        let again = self.widest(borders).and_then(|widest| self.fit(&evened(borders, &strains, &widest)));
+        again.ok().filter(|again| self.strain(again) < worst).unwrap_or(strips)
     }
 
     /// The widest that each strip may become, in g, with the flank that there is.
@@ -182,13 +280,19 @@ impl<'a> Planner<'a> {
 
     /// Fits every strip.
     fn fit(&self, borders: &[f64]) -> Result<Vec<FittedStrip>> {
+        let all: Vec<usize> = (0..borders.len() - 1).collect();
+        self.fit_some(borders, &all)
+    }
+
+    /// Fits the strips of these indices, in their order.
+    fn fit_some(&self, borders: &[f64], indices: &[usize]) -> Result<Vec<FittedStrip>> {
         let count = borders.len() - 1;
-        let fitted: Vec<Result<FittedStrip>> = borders
-            .par_windows(2)
-            .enumerate()
-            .map(|(index, pair)| {
-                let strip = self.fit_one((pair[0], pair[1])).map_err(|e| name_strip(e, index, count))?;
-                self.note(index, count, &strip);
+        let fitted: Vec<Result<FittedStrip>> = indices
+            .par_iter()
+            .map(|index| {
+                let pair = (borders[*index], borders[*index + 1]);
+                let strip = self.fit_one(pair).map_err(|e| name_strip(e, *index, count))?;
+                self.note(*index, count, &strip);
                 Ok(strip)
             })
             .collect();
