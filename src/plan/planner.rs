@@ -132,7 +132,7 @@ impl<'a> Planner<'a> {
                 self.fewer(count, strain, failed)?
             } else {
                 let within = best.as_ref().is_some_and(|(strain, _)| *strain <= 1.0);
-                let helps = strain.is_infinite() || strain < NO_BETTER * strain_before;
+                let helps = count < self.predicted || strain < NO_BETTER * strain_before || strain.is_infinite();
                 let factor = if strain.is_finite() { strain.sqrt().clamp(1.0, 1.4) } else { 1.1 };
                 (failed, strain_before) = (failed.max(count), strain.min(strain_before));
                 if within || !helps { count } else { (count + 1).max((count as f64 * factor * 0.95) as usize) }
