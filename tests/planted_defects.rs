@@ -8,7 +8,7 @@ use regulus::geometry::{Direction, Point, Vector};
 use regulus::job::Job;
 use regulus::machine::{BUILTIN, Machine};
 use regulus::motion::{FeedReference, Pass, PassKind, PassMotion, Pose, ToolPath, ToolSummary};
-use regulus::pipeline::{InputFile, Inputs, Judging, PartFiles, PostRequest, judge, post};
+use regulus::pipeline::{InputFile, Inputs, Judging, PartFiles, judge, post_job};
 use regulus::verify::Verified;
 
 /// Depth of every defect, mm, and how exactly it must be found.
@@ -134,14 +134,7 @@ impl Work {
 }
 
 fn posted(inputs: &Inputs, path: &ToolPath) -> Result<String, String> {
-    let request = PostRequest {
-        path,
-        machine: &inputs.machine,
-        work_offset: &inputs.job.machine.work_offset,
-        number: 1,
-        input_hash: "0",
-    };
-    post(&request).map(|posted| posted.text).map_err(|e| e.to_string())
+    post_job(inputs, path).map(|posted| posted.text).map_err(|e| e.to_string())
 }
 
 /// What is wrong with what is said of a defect, on one machine.
