@@ -211,7 +211,7 @@ impl Setup {
 
     /// The turns of the chain from part to tool for rotary positions in the machine file's order, radians.
     fn turns(&self, rotary: [f64; 2]) -> [Turn; 2] {
-        self.joints.map(|joint| Turn::by(joint.sign * rotary[joint.index & 1]))
+        self.joints.each_ref().map(|joint| Turn::by(joint.sign * rotary[joint.index & 1]))
     }
 
     /// The tip before the tables turn it: head turns applied, linear axes at zero.

@@ -9,6 +9,8 @@ use crate::tool::meridian::{ArcSide, Element};
 
 /// Joints whose normals turn the wrong way by less than this count as smooth, radians.
 const SMOOTH: f64 = 1e-9;
+/// Radial part of a normal below which the place where it meets the axis is too far away to be of use.
+pub(super) const NEAR_POLE: f64 = 0.2;
 
 /// One profile element that spans a positive height.
 #[derive(Clone, Copy, Debug)]
@@ -29,6 +31,17 @@ pub(super) struct Span {
     pub(super) low_radius: f64,
     pub(super) high_radius: f64,
     pub(super) profile: Profile,
+    /// Axial parts of the outward unit normals at both ends; infinite where the axis is reached and no normal goes on.
+    normals: (f64, f64),
+}
+
+/// A round part of the surface, which planes that turn a little about the tool go on touching.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Cap {
+    /// By how much the axial part of the plane's unit normal may change.
+    pub(super) freedom: f64,
+    /// Height at which the normal meets the axis, mm.
+    pub(super) pivot: f64,
 }
 
 /// A convex piece, or one hollow arc, with the flat ends that close it.
@@ -59,6 +72,17 @@ pub(super) struct Nearest {
     pub(super) radial: f64,
     /// The profile's own normal (axial, radial) where the point lies on the profile: at a rim it leans otherwise.
     pub(super) profile: Option<(f64, f64)>,
+    /// The cap on which the point lies, if any.
+    pub(super) cap: Option<Cap>,
+}
+
+/// The point of a piece that lies farthest along a direction, in the half plane.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Support {
+    pub(super) height: f64,
+    pub(super) radius: f64,
+    /// The cap on which the point lies, if any.
+    pub(super) cap: Option<Cap>,
 }
 
 impl Span {
@@ -73,19 +97,38 @@ impl Span {
                 Profile::Line { radius: start.radius, slope }
             }
             Element::Arc { centre, radius, side: ArcSide::Convex, .. } => {
-                Profile::Bulge { height: centre.height, radius: centre.radius, arc: *radius }
+                // A ball's centre lies on the axis but for rounding.
+                let off = if centre.radius.abs() > 1e-13 * radius { centre.radius } else { 0.0 };
+                Profile::Bulge { height: centre.height, radius: off, arc: *radius }
             }
             Element::Arc { centre, radius, side: ArcSide::Concave, .. } => {
                 Profile::Hollow { height: centre.height, radius: centre.radius, arc: *radius }
             }
         };
-        Some(Self {
-            low: start.height,
-            high: end.height,
-            low_radius: start.radius.max(0.0),
-            high_radius: end.radius.max(0.0),
-            profile,
-        })
+        let (low, high) = (start.height, end.height);
+        let (low_radius, high_radius) = (start.radius.max(0.0), end.radius.max(0.0));
+        let mut span = Self { low, high, low_radius, high_radius, profile, normals: (0.0, 0.0) };
+        let beyond_pole = |axial: f64| if 1.0 - axial.abs() > SMOOTH { axial } else { axial * f64::INFINITY };
+        span.normals =
+            (beyond_pole(span.normal_at(low, low_radius).0), beyond_pole(span.normal_at(high, high_radius).0));
+        Some(span)
+    }
+
+    /// What a plane that touches the body here, with this unit normal, may turn by without leaving a round part of it;
+    /// `None` where the body is straight, where its arc bends about a point beyond the axis, and near the pole of a torus.
+    ///
+    /// The support of a torus of centre (h, r) and arc a in a direction with axial part mu is
+    /// `mu h + sqrt(1 - mu^2) r + a`: concave in mu for r >= 0, so never above its tangent, whose slope is the height at
+    /// which the normal meets the axis.
+    fn cap(&self, (axial, radial): (f64, f64)) -> Option<Cap> {
+        let Profile::Bulge { height, radius, .. } = self.profile else { return None };
+        let freedom = (axial - self.normals.0).min(self.normals.1 - axial);
+        let pivot = match radius {
+            0.0 => height,
+            r if r > 0.0 && radial > NEAR_POLE => height - r * axial / radial,
+            _ => return None,
+        };
+        (freedom > 0.0).then_some(Cap { freedom, pivot })
     }
 
     /// Radius of the body at a height of this span.
@@ -105,7 +148,7 @@ impl Span {
     pub(super) fn normal_at(&self, height: f64, rho: f64) -> (f64, f64) {
         match self.profile {
             Profile::Line { slope, .. } => {
-                let length = slope.hypot(1.0);
+                let length = (slope * slope + 1.0).sqrt();
                 (-slope / length, 1.0 / length)
             }
             Profile::Bulge { height: centre, radius, .. } => unit(height - centre, rho - radius),
@@ -141,7 +184,7 @@ impl Span {
 }
 
 fn unit(axial: f64, radial: f64) -> (f64, f64) {
-    let length = axial.hypot(radial);
+    let length = (axial * axial + radial * radial).sqrt();
     if length > 0.0 { (axial / length, radial / length) } else { (0.0, 1.0) }
 }
 
@@ -195,7 +238,8 @@ impl Piece {
         };
         let on_profile = (owner.low..=owner.high).contains(&foot.0) && foot.1 >= owner.radius_at(foot.0) - 1e-12;
         let profile = on_profile.then(|| owner.normal_at(foot.0, foot.1));
-        Some(Nearest { height: foot.0, radius: foot.1, axial, radial, profile })
+        let cap = owner.cap((axial, radial));
+        Some(Nearest { height: foot.0, radius: foot.1, axial, radial, profile, cap })
     }
 }
 
@@ -214,20 +258,26 @@ impl Piece {
 
     /// Height and radius of the point that lies farthest along a direction with a radial part of 0 or more; of a hollow
     /// piece, of its hull.
-    pub(super) fn support(&self, axial: f64, radial: f64) -> (f64, f64) {
+    pub(super) fn support(&self, axial: f64, radial: f64) -> Support {
         let along = |p: (f64, f64)| axial * p.0 + radial * p.1;
         let mut best = self.low().map_or((0.0, 0.0), |span| (span.low, span.low_radius));
+        let mut cap = None;
         for span in &self.spans {
             let on_arc = match span.profile {
                 Profile::Bulge { height, radius, arc } => Some((height + arc * axial, radius + arc * radial)),
                 Profile::Line { .. } | Profile::Hollow { .. } => None,
             };
             let on_arc = on_arc.filter(|p| (span.low..=span.high).contains(&p.0));
-            for point in [Some((span.low, span.low_radius)), Some((span.high, span.high_radius)), on_arc] {
-                best = point.filter(|p| along(*p) > along(best)).unwrap_or(best);
+            for end in [(span.low, span.low_radius), (span.high, span.high_radius)] {
+                if along(end) > along(best) {
+                    (best, cap) = (end, None);
+                }
+            }
+            if let Some(point) = on_arc.filter(|p| along(*p) >= along(best)) {
+                (best, cap) = (point, span.cap((axial, radial)));
             }
         }
-        best
+        Support { height: best.0, radius: best.1, cap }
     }
 }
 

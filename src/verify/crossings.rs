@@ -7,6 +7,7 @@ use crate::collide::{self, Clearance, Move, ToolSolid};
 use crate::motion::Pose;
 use crate::part::{DesignSurface, Part, SampleGrid};
 use crate::tool::{Section, Tool};
+use rayon::prelude::*;
 
 /// How exactly clearances are followed, as a share of the contact allowed.
 const SHARE: f64 = 0.25;
@@ -127,6 +128,6 @@ fn sag(surface: &DesignSurface, grid: &SampleGrid) -> f64 {
     };
     match surface {
         DesignSurface::Mesh(_) => 0.0,
-        DesignSurface::Spline(_) => grid.triangles.iter().map(off).fold(0.0, f64::max),
+        DesignSurface::Spline(_) => grid.triangles.par_iter().map(off).reduce(|| 0.0, f64::max),
     }
 }

@@ -7,6 +7,7 @@ use super::refine::{Refinement, Side};
 use super::sweep::Sweep;
 use super::swept::Window;
 use crate::part::{DesignSurface, SampleGrid, SurfaceSample};
+use rayon::prelude::*;
 use std::collections::BTreeMap;
 
 /// The measured part.
@@ -51,7 +52,8 @@ pub(super) fn measure<M: BlockMotion>(
     let samples = measure_samples(sweep, grid.samples.clone(), |_| None);
     let areas = vertex_areas(&grid);
     let extremes = |side| Refinement::new(surface, sweep, window, &grid, &samples, side).run(fineness.change);
-    let ((over, over_count), (under, under_count)) = (extremes(Side::Overcut), extremes(Side::Undercut));
+    let ((over, over_count), (under, under_count)) =
+        rayon::join(|| extremes(Side::Overcut), || extremes(Side::Undercut));
     PartDeviation {
         measured: samples.len() + over_count + under_count,
         worst_overcut: over.filter(|m| m.deviation().is_some_and(|d| d < 0.0)),
@@ -76,17 +78,13 @@ impl PartDeviation {
 
 /// Moves the samples on the region's edge a little into a triangle of theirs.
 fn draw_in_border(surface: &DesignSurface, grid: &mut SampleGrid, border: f64) {
-    let mut uses: BTreeMap<(u32, u32), u32> = BTreeMap::new();
-    for triangle in &grid.triangles {
-        for (a, b) in edges(triangle) {
-            *uses.entry((a.min(b), a.max(b))).or_default() += 1;
-        }
-    }
+    let mut sides: Vec<(u32, u32)> = grid.triangles.iter().flat_map(edges).map(|(a, b)| (a.min(b), a.max(b))).collect();
+    sides.par_sort_unstable();
     let mut on_edge = vec![false; grid.samples.len()];
-    for ((a, b), count) in uses {
-        if count == 1 {
-            on_edge[a as usize] = true;
-            on_edge[b as usize] = true;
+    for single in sides.chunk_by(|a, b| a == b).filter(|same| same.len() == 1) {
+        for (a, b) in single {
+            on_edge[*a as usize] = true;
+            on_edge[*b as usize] = true;
         }
     }
     // Each edge sample moves toward the mean of the other corners of the triangle that has the fewest edge samples.

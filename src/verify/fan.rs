@@ -33,19 +33,19 @@ impl Fan {
 
     /// The fan of a cluster of rays: they start in a rectangle square to their mean normal, but for the bulge. `None`
     /// where their normals have no mean, or there are none.
-    pub(super) fn around(rays: &[NormalRay]) -> Option<Self> {
+    pub(super) fn around<'r>(rays: impl ExactSizeIterator<Item = &'r NormalRay> + Clone) -> Option<Self> {
         let count = rays.len() as f64;
-        let sum = |of: fn(&NormalRay) -> Vector| rays.iter().map(of).sum::<Vector>();
+        let sum = |of: fn(&NormalRay) -> Vector| rays.clone().map(of).sum::<Vector>();
         let origin = Point::from(sum(|ray| ray.origin.coords) / count);
         let normal = Direction::try_new(sum(|ray| ray.normal.into_inner()), 1e-3 * count)?;
         let flat = |ray: &NormalRay| {
             let offset = ray.origin - origin;
             offset - normal.into_inner() * offset.dot(&normal)
         };
-        let farthest = rays.iter().map(flat).fold(Vector::zeros(), |a, b| if b.norm() > a.norm() { b } else { a });
+        let farthest = rays.clone().map(flat).fold(Vector::zeros(), |a, b| if b.norm() > a.norm() { b } else { a });
         let along = farthest.try_normalize(1e-12).unwrap_or_default();
         let across = normal.cross(&along);
-        let most = |of: &dyn Fn(&NormalRay) -> f64| rays.iter().map(of).fold(0.0, f64::max);
+        let most = |of: &dyn Fn(&NormalRay) -> f64| rays.clone().map(of).fold(0.0, f64::max);
         let along = along * most(&|ray| flat(ray).dot(&along).abs());
         let across = across * most(&|ray| flat(ray).dot(&across).abs());
         Some(Self {

@@ -109,7 +109,11 @@ pub fn verify(subject: &Subject<'_>, settings: &Settings) -> Verified {
     let flutes = Body::of(subject.tool.flutes().iter());
     let sweep = timeline.sweep(&flutes, settings.window, settings.resolution);
     let fineness = Fineness { spacing, change: settings.refinement, border: settings.border };
-    let part = measure(&subject.part.surface, &sweep, settings.window, &fineness);
+    let allowed = Allowed { contact: settings.contact, overcut: subject.tolerance.overcut, spacing };
+    let (part, crossed) = rayon::join(
+        || measure(&subject.part.surface, &sweep, settings.window, &fineness),
+        || crossings(motion, subject.tool, subject.part, allowed),
+    );
     let links = links(motion, subject.tool, &part, settings.window.outward);
     let runs = Runs::of(&links);
     let region = Region { surface: &subject.part.surface, sweep: &sweep, part: &part, runs: &runs };
@@ -124,8 +128,7 @@ pub fn verify(subject: &Subject<'_>, settings: &Settings) -> Verified {
         let sweep = timeline.sweep(&solid, settings.window, settings.resolution);
         contacts.body_on_part(body, &sweep, &part, &runs, settings.window.outward, settings.contact);
     }
-    let allowed = Allowed { contact: settings.contact, overcut: subject.tolerance.overcut, spacing };
-    for contact in crossings(motion, subject.tool, subject.part, allowed) {
+    for contact in crossed {
         contacts.add(&runs, contact);
     }
 

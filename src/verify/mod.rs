@@ -4,6 +4,7 @@
 mod bodies;
 mod body;
 mod bound;
+mod cluster;
 mod contacts;
 mod course;
 mod crossings;

@@ -5,6 +5,7 @@ use super::body::Body;
 use crate::geometry::{Direction, Point, Vector};
 use crate::motion::Pose;
 use crate::simulate::{Segment, SegmentKind, ToolMotion};
+use rayon::prelude::*;
 
 /// A motion in blocks, each exact between its ends: what the verifier asks of a program.
 pub trait BlockMotion: Sync {
@@ -77,10 +78,24 @@ const WHOLE: (f64, f64) = (-1.0, 1.0);
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Part {
     pub(super) stretch: Stretch,
+    /// What is needed only where it is halved.
+    ends: Option<Ends>,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Ends {
     /// Poses at its ends.
-    ends: [Pose; 2],
+    poses: [Pose; 2],
     /// How far tip and reference point leave their chords.
     bends: [f64; 2],
+}
+
+impl Ends {
+    fn of(motion: &impl BlockMotion, block: usize, (from, to): (f64, f64), reference: f64) -> Self {
+        let poses = [from, to].map(|share| motion.pose(block, share));
+        let bends = [0.0, reference].map(|height| motion.chord_bound(block, from, to, height));
+        Self { poses, bends }
+    }
 }
 
 /// A stretch of one block with its linear motion.
@@ -184,7 +199,8 @@ impl Node {
 impl Stretch {
     /// Linear motion between two shares of a block, with the block's own bound.
     pub(super) fn new(motion: &impl BlockMotion, block: usize, from: f64, to: f64, reference: f64) -> Self {
-        Part::new(motion, block, (from, to), reference).stretch
+        let ends = Ends::of(motion, block, (from, to), reference);
+        Part::between(motion, block, (from, to), reference, ends).stretch
     }
 
     pub(super) fn middle(&self) -> Instant {
@@ -193,26 +209,13 @@ impl Stretch {
 }
 
 impl Part {
-    fn new(motion: &impl BlockMotion, block: usize, (from, to): (f64, f64), reference: f64) -> Self {
-        let ends = [from, to].map(|share| motion.pose(block, share));
-        let bends = [0.0, reference].map(|height| motion.chord_bound(block, from, to, height));
-        Self::between(motion, block, (from, to), reference, ends, bends)
-    }
-
     /// The whole of a stretch.
-    pub(super) fn of(motion: &impl BlockMotion, stretch: &Stretch, reference: f64) -> Self {
-        Self::new(motion, stretch.block as usize, (stretch.from, stretch.to), reference)
+    pub(super) fn of(stretch: &Stretch) -> Self {
+        Self { stretch: *stretch, ends: None }
     }
 
-    fn between(
-        motion: &impl BlockMotion,
-        block: usize,
-        (from, to): (f64, f64),
-        reference: f64,
-        ends: [Pose; 2],
-        bends: [f64; 2],
-    ) -> Self {
-        let [first, last] = &ends;
+    fn between(motion: &impl BlockMotion, block: usize, (from, to): (f64, f64), reference: f64, ends: Ends) -> Self {
+        let Ends { poses: [first, last], bends } = &ends;
         let pose = motion.pose(block, 0.5 * (from + to));
         let tip_rate = (last.tip - first.tip) * 0.5;
         let axis_rate = (last.axis.into_inner() - first.axis.into_inner()) * 0.5;
@@ -224,7 +227,7 @@ impl Part {
         let (tip_error, top_error) = (off(0.0, bends[0]), off(reference, bends[1]));
         let (range, turn) = (WHOLE, axis_rate.norm());
         let linear = Linear { pose, tip_rate, axis_rate, range, turn, tip_error, top_error };
-        Self { stretch: Stretch { block: block as u32, from, to, linear }, ends, bends }
+        Self { stretch: Stretch { block: block as u32, from, to, linear }, ends: Some(ends) }
     }
 
     /// Both halves; none where the shares can no longer be told apart.
@@ -234,8 +237,10 @@ impl Part {
         if middle <= *from || middle >= *to {
             return None;
         }
-        let ([first, last], bends) = (self.ends, self.bends.map(|bend| 0.25 * bend));
-        let half = |from, to, ends| Self::between(motion, *block as usize, (from, to), reference, ends, bends);
+        let block = *block as usize;
+        let ends = self.ends.unwrap_or_else(|| Ends::of(motion, block, (*from, *to), reference));
+        let ([first, last], bends) = (ends.poses, ends.bends.map(|bend| 0.25 * bend));
+        let half = |from, to, poses| Self::between(motion, block, (from, to), reference, Ends { poses, bends });
         Some([half(*from, middle, [first, linear.pose]), half(middle, *to, [linear.pose, last])])
     }
 }
@@ -243,38 +248,27 @@ impl Part {
 impl MotionTree {
     /// Gathers the blocks that `wanted` picks. Blocks whose chords are off by more than `sag` mm are split, up to
     /// `MOST_PARTS` parts; what is left is split where it matters, on the way.
-    pub(super) fn new(motion: &impl BlockMotion, reference: f64, sag: f64, wanted: impl Fn(usize) -> bool) -> Self {
+    pub(super) fn new(
+        motion: &impl BlockMotion,
+        reference: f64,
+        sag: f64,
+        wanted: impl Fn(usize) -> bool + Sync + Send,
+    ) -> Self {
         const MOST_PARTS: f64 = 8.0;
-        let mut leaves = Vec::new();
-        for block in (0..motion.blocks()).filter(|b| wanted(*b)) {
+        let parts_of = |block: usize| {
             let bound =
                 [0.0, reference].map(|h| motion.chord_bound(block, 0.0, 1.0, h)).into_iter().fold(0.0, f64::max);
             let parts = (bound / sag).sqrt().ceil().clamp(1.0, MOST_PARTS);
-            for part in 0..parts as usize {
-                let share = |k: usize| k as f64 / parts;
-                leaves.push(Stretch::new(motion, block, share(part), share(part + 1), reference));
-            }
-        }
-        let mut tree = Self { nodes: Vec::with_capacity(2 * leaves.len()), reference };
-        if !leaves.is_empty() {
-            tree.grow(&leaves);
-        }
-        tree
-    }
-
-    fn grow(&mut self, leaves: &[Stretch]) {
-        let index = self.nodes.len();
-        let blocks = (leaves[0].block, leaves[leaves.len() - 1].block + 1);
-        if let [leaf] = leaves {
-            self.nodes.push(Node { stretch: *leaf, blocks, right: 0 });
-            return;
-        }
-        let (stretch, split) = join(leaves, self.reference);
-        self.nodes.push(Node { stretch, blocks, right: 0 });
-        let (left, right) = leaves.split_at(split);
-        self.grow(left);
-        self.nodes[index].right = self.nodes.len() as u32;
-        self.grow(right);
+            let share = move |k: usize| k as f64 / parts;
+            (0..parts as usize).map(move |part| Stretch::new(motion, block, share(part), share(part + 1), reference))
+        };
+        let blocks = (0..motion.blocks()).into_par_iter().filter(|block| wanted(*block));
+        let leaves: Vec<Stretch> = blocks.flat_map_iter(parts_of).collect();
+        let Some(first) = leaves.first() else { return Self { nodes: Vec::new(), reference } };
+        let unset = Node { stretch: *first, blocks: (0, 0), right: 0 };
+        let mut nodes = vec![unset; 2 * leaves.len() - 1];
+        grow(&mut nodes, 0, &leaves, reference);
+        Self { nodes, reference }
     }
 
     /// For every node a box that holds what the body sweeps.
@@ -288,6 +282,32 @@ impl MotionTree {
             };
         }
         boxes
+    }
+}
+
+/// Fills `nodes`, the first of which has the index `base` in the tree, with the tree over some leaves: one fewer than twice
+/// their number.
+fn grow(nodes: &mut [Node], base: usize, leaves: &[Stretch], reference: f64) {
+    /// Trees over fewer leaves are not worth a thread.
+    const SMALL: usize = 256;
+    let (Some((node, below)), [first, .., last] | [first @ last]) = (nodes.split_first_mut(), leaves) else { return };
+    let blocks = (first.block, last.block + 1);
+    if leaves.len() == 1 {
+        *node = Node { stretch: *first, blocks, right: 0 };
+        return;
+    }
+    let (stretch, split) = join(leaves, reference);
+    let right = base + 2 * split;
+    *node = Node { stretch, blocks, right: right as u32 };
+    let (left_nodes, right_nodes) = below.split_at_mut(2 * split - 1);
+    let (left_leaves, right_leaves) = leaves.split_at(split);
+    let mut grow_left = || grow(left_nodes, base + 1, left_leaves, reference);
+    let mut grow_right = || grow(right_nodes, right, right_leaves, reference);
+    if leaves.len() < SMALL {
+        grow_left();
+        grow_right();
+    } else {
+        rayon::join(grow_left, grow_right);
     }
 }
 

@@ -1,14 +1,15 @@
 //! Planes that touch the tool and ride with it, and how far they keep a line away over a stretch of time. Uses `geometry`
 //! and the other files of this module.
 
-use super::body::{Nearest, Piece};
+use super::body::{Cap, NEAR_POLE, Nearest, Piece, Support};
 use super::fan::Fan;
 use super::motion_tree::Linear;
 use super::ray::{LocalRay, NormalRay};
 use crate::geometry::{Direction, Vector};
 use crate::motion::Pose;
 
-/// A plane that touches a piece from outside and rides with the tool.
+/// A plane that touches a piece from outside. On a round part of the tool it keeps its direction while the tool turns
+/// under it; elsewhere it rides with the tool.
 pub(super) struct Plane {
     /// Unit normal, out of the tool.
     normal: Vector,
@@ -21,6 +22,8 @@ pub(super) struct Plane {
     foot: Vector,
     /// Height of the axis point about which the motion is expanded: where the normal meets the axis, if near.
     pivot: f64,
+    /// The round part of the tool that it touches.
+    cap: Option<Cap>,
 }
 
 impl Plane {
@@ -31,16 +34,19 @@ impl Plane {
         let foot = linear.pose.at_height(nearest.height).coords + out * nearest.radius;
         let pivot = pivot((nearest.height, nearest.radius), (nearest.axial, nearest.radial));
         let normal = axis * nearest.axial + out * nearest.radial;
-        Self { normal, axial: nearest.axial, radial: nearest.radial, out, foot, pivot }
+        Self { normal, axial: nearest.axial, radial: nearest.radial, out, foot, pivot, cap: nearest.cap }
     }
 
     /// The plane in the same place that touches the profile alone: at a rim, which the nearest point often is, it leans
     /// least against the rays of a fan that the profile faces.
     pub(super) fn along_profile(&self, linear: &Linear, nearest: &Nearest) -> Option<Self> {
-        let (axial, radial) = nearest.profile?;
+        let leans = |(axial, radial): &(f64, f64)| {
+            (axial - nearest.axial).abs() + (radial - nearest.radial).abs() > f64::EPSILON.sqrt()
+        };
+        let (axial, radial) = nearest.profile.filter(leans)?;
         let normal = linear.pose.axis.into_inner() * axial + self.out * radial;
         let pivot = pivot((nearest.height, nearest.radius), (axial, radial));
-        Some(Self { normal, axial, radial, pivot, ..*self })
+        Some(Self { normal, axial, radial, pivot, cap: None, ..*self })
     }
 
     /// The tangent plane of a convex piece that is parallel to the ray, between two that lean one each way; `None` for
@@ -69,9 +75,9 @@ impl Plane {
         let across = across - axis * across.dot(&axis);
         let radial = across.norm();
         let out = if radial > 0.0 { across / radial } else { across };
-        let (height, radius) = piece.support(axial, radial);
+        let Support { height, radius, cap } = piece.support(axial, radial);
         let foot = linear.pose.at_height(height).coords + out * radius;
-        Self { normal: *normal, axial, radial, out, foot, pivot: pivot((height, radius), (axial, radial)) }
+        Self { normal: *normal, axial, radial, out, foot, pivot: pivot((height, radius), (axial, radial)), cap }
     }
 
     /// How the distance from the plane changes along the ray.
@@ -105,6 +111,11 @@ impl Plane {
         reference: f64,
         fan: Option<&Fan>,
     ) -> f64 {
+        let axial_turn = |far: f64| self.normal.dot(&linear.axis_rate).abs() * far + linear.axis_error(reference);
+        let far = linear.range.1.max(-linear.range.0);
+        if let Some(cap) = self.cap.filter(|cap| axial_turn(far) <= cap.freedom) {
+            return self.lowest_on_cap(ray, linear, &cap, ends, reference, fan);
+        }
         let axis = linear.pose.axis.into_inner();
         let centre = linear.pose.at_height(self.pivot).coords;
         let centre_rate = linear.tip_rate + linear.axis_rate * self.pivot;
@@ -112,7 +123,6 @@ impl Plane {
         let centre_error = linear.error_at(self.pivot, reference);
         let axis_error = linear.axis_error(reference);
         let (first, last) = linear.range;
-        let far = last.max(-first);
         let turn = linear.turn * far + axis_error;
         let travel = centre_rate.norm() * far + centre_error;
         let normal_error = std::f64::consts::SQRT_2 * axis_error + 0.5 * self.radial.abs() * turn * turn;
@@ -142,11 +152,28 @@ impl Plane {
         }
         lowest
     }
+
+    /// The same for a plane that keeps its direction: it goes as the axis point does at which its normal meets the axis.
+    fn lowest_on_cap(
+        &self,
+        ray: &NormalRay,
+        linear: &Linear,
+        cap: &Cap,
+        ends: (f64, f64),
+        reference: f64,
+        fan: Option<&Fan>,
+    ) -> f64 {
+        let slope = self.normal.dot(&(linear.tip_rate + linear.axis_rate * cap.pivot));
+        let moved = (slope * linear.range.0).max(slope * linear.range.1) + linear.error_at(cap.pivot, reference);
+        let away =
+            |lambda: f64| self.distance(ray, lambda) - moved - fan.map_or(0.0, |fan| fan.spread(&self.normal, lambda));
+        away(ends.0).min(away(ends.1))
+    }
 }
 
 /// Height of the axis point about which the motion is expanded: where the normal meets the axis, if near.
 fn pivot(foot: (f64, f64), (axial, radial): (f64, f64)) -> f64 {
-    if radial > 0.2 { foot.0 - foot.1 * axial / radial } else { foot.0 }
+    if radial > NEAR_POLE { foot.0 - foot.1 * axial / radial } else { foot.0 }
 }
 
 /// Unit vector from the axis to a point of the ray, square to the axis; zero on the axis.

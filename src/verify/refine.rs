@@ -10,6 +10,9 @@ use super::sweep::Sweep;
 use super::swept::Window;
 use crate::geometry::{Point, Vector};
 use crate::part::{DesignSurface, SampleGrid};
+use rayon::prelude::*;
+use std::cmp::Ordering;
+use std::collections::BinaryHeap;
 
 /// Which extreme is looked for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -27,33 +30,62 @@ struct Facet {
     weights: [[f64; 3]; 3],
     values: [f64; 3],
     corners: [Corner; 3],
-    /// How far the deviation may rise above its corners, mm.
-    bump: f64,
+    /// How high the deviation may be somewhere in it, mm.
+    potential: f64,
 }
 
 impl Facet {
-    fn highest(&self) -> f64 {
-        self.values.iter().copied().fold(f64::NEG_INFINITY, f64::max)
-    }
-
-    /// How high the deviation may be somewhere: by its bend, and by how far each corner's tangent can rise. The lesser
-    /// counts: where the deviation jumps it seems to bend without end, where it is rough no tangent leads far.
-    fn potential(&self) -> f64 {
-        let tangent = |(value, from): (&f64, &Corner)| match from.rise {
-            Some(rise) => {
-                self.corners.iter().map(|to| value + rise.dot(&(to.point - from.point))).fold(*value, f64::max)
-            }
-            None => f64::INFINITY,
-        };
-        let reach = self.values.iter().zip(&self.corners).map(tangent).fold(f64::NEG_INFINITY, f64::max);
-        reach.min(self.highest() + 2.0 * self.bump)
+    fn new(triangle: usize, weights: [[f64; 3]; 3], values: [f64; 3], corners: [Corner; 3], bump: f64) -> Self {
+        Self { triangle, weights, values, corners, potential: potential(&values, &corners, bump) }
     }
 
     /// What a climber goes by: the highest corner, and the others a little, which tell the two sides of it apart.
     fn score(&self) -> f64 {
-        self.highest() + 0.1 * self.values.iter().sum::<f64>()
+        highest(&self.values) + 0.1 * self.values.iter().sum::<f64>()
     }
 }
+
+fn highest(values: &[f64; 3]) -> f64 {
+    values.iter().copied().fold(f64::NEG_INFINITY, f64::max)
+}
+
+/// How high the deviation may be somewhere in a triangle with these corners: by `bump`, which is how far it bends, and by
+/// how far each corner's tangent can rise. The lesser counts: where the deviation jumps it seems to bend without end,
+/// where it is rough no tangent leads far.
+fn potential(values: &[f64; 3], corners: &[Corner; 3], bump: f64) -> f64 {
+    let tangent = |(value, from): (&f64, &Corner)| match from.rise {
+        Some(rise) => corners.iter().map(|to| value + rise.dot(&(to.point - from.point))).fold(*value, f64::max),
+        None => f64::INFINITY,
+    };
+    let reach = values.iter().zip(corners).map(tangent).fold(f64::NEG_INFINITY, f64::max);
+    reach.min(highest(values) + 2.0 * bump)
+}
+
+/// A facet in a heap that gives what promises most first, of equals the earlier one.
+struct Waiting {
+    facet: Facet,
+    number: usize,
+}
+
+impl Ord for Waiting {
+    fn cmp(&self, other: &Self) -> Ordering {
+        self.facet.potential.total_cmp(&other.facet.potential).then(other.number.cmp(&self.number))
+    }
+}
+
+impl PartialOrd for Waiting {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl PartialEq for Waiting {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other).is_eq()
+    }
+}
+
+impl Eq for Waiting {}
 
 /// What is known at the corner of a facet.
 #[derive(Clone, Copy)]
@@ -75,12 +107,16 @@ pub(super) struct Refinement<'a, M> {
     uncut: f64,
     /// Value beyond which nothing is measured, mm.
     clamp: f64,
-    facets: Vec<Facet>,
+    samples: &'a [MeasuredSample],
+    /// How far the deviation leaves the mean of its neighbours at each sample, mm.
+    bumps: Vec<f64>,
     best: Option<MeasuredSample>,
     peak: f64,
     spent: usize,
 }
 
+/// Weights of the corners of a whole triangle.
+const WHOLE: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 /// Triangles climbed in from the start.
 const CLIMBERS: usize = 48;
 /// Splits of a climb: a millimetre comes down to less than a tenth of a micrometre.
@@ -98,63 +134,90 @@ impl<'a, M: BlockMotion> Refinement<'a, M> {
         sweep: &'a Sweep<'a, M>,
         window: Window,
         grid: &'a SampleGrid,
-        samples: &[MeasuredSample],
+        samples: &'a [MeasuredSample],
         side: Side,
     ) -> Self {
         let (uncut, clamp) = match side {
             Side::Overcut => (-window.outward, window.inward),
             Side::Undercut => (window.outward, window.outward),
         };
-        let (facets, best, peak, spent) = (Vec::new(), None, f64::NEG_INFINITY, 0);
-        let mut this = Self { surface, sweep, grid, side, uncut, clamp, facets, best, peak, spent };
+        let (bumps, best, peak, spent) = (Vec::new(), None, f64::NEG_INFINITY, 0);
+        let mut this = Self { surface, sweep, grid, side, uncut, clamp, samples, bumps, best, peak, spent };
         let values: Vec<f64> = samples.iter().map(|s| this.value(s)).collect();
         for sample in samples {
             this.consider(*sample);
         }
-        let bumps = bumps(grid, &values);
-        let facet = |(triangle, corners): (usize, &[u32; 3])| Facet {
-            triangle,
-            weights: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
-            values: corners.map(|v| values[v as usize]),
-            corners: corners.map(|v| side.corner(&samples[v as usize])),
-            bump: corners.map(|v| bumps[v as usize]).into_iter().fold(0.0, f64::max),
-        };
-        // Overcut is not looked for next to uncut samples, where the deviation jumps: what no pass reaches fails anyway.
-        let uncut = |corners: &[u32; 3]| corners.iter().any(|v| samples[*v as usize].touch.is_none());
-        this.facets = grid.triangles.iter().enumerate().filter(|(_, c)| !uncut(c)).map(facet).collect();
+        this.bumps = self::bumps(grid, &values);
         this
     }
 
     /// Splits the facets that may rise above the highest value found until none may by more than `change`, or the
     /// samples spent exceed a share of those of the grid. Returns the extreme and the number of samples spent.
     pub(super) fn run(mut self, change: f64) -> (Option<MeasuredSample>, usize) {
-        self.facets.sort_by(|a, b| b.potential().total_cmp(&a.potential()));
-        self.climb(change);
+        let promising = self.promising(self.peak + 0.1 * change);
+        self.climb(&promising, change);
+        let mut whole = promising.into_iter().peekable();
+        let mut parts: BinaryHeap<Waiting> = BinaryHeap::new();
+        let mut number = 0;
         let budget = (self.grid.samples.len() / BUDGET).max(4096);
         while self.spent < budget && self.peak < self.clamp {
             let floor = self.peak + change;
-            self.facets.retain(|f| f.potential() > floor);
-            if self.facets.is_empty() {
+            let mut batch = Vec::with_capacity(BATCH);
+            while batch.len() < BATCH {
+                let next = whole.peek().map_or(f64::NEG_INFINITY, |(potential, _)| *potential);
+                let part = parts.peek().map_or(f64::NEG_INFINITY, |waiting| waiting.facet.potential);
+                if next.max(part) <= floor {
+                    break;
+                }
+                let facet = if next >= part {
+                    whole.next().map(|(_, triangle)| self.facet(triangle))
+                } else {
+                    parts.pop().map(|waiting| waiting.facet)
+                };
+                batch.extend(facet);
+            }
+            if batch.is_empty() {
                 break;
             }
-            self.facets.sort_by(|a, b| b.potential().total_cmp(&a.potential()));
-            let rest = self.facets.split_off(self.facets.len().min(BATCH));
-            let batch = std::mem::replace(&mut self.facets, rest);
-            let children = self.split(&batch);
-            self.facets.extend(children.into_iter().flatten());
+            for facet in self.split(&batch).into_iter().flatten() {
+                number += 1;
+                parts.push(Waiting { facet, number });
+            }
         }
         (self.best, self.spent)
     }
 
-    /// Goes straight up from the most promising facets, so that the sweep over all has a high floor.
-    fn climb(&mut self, change: f64) {
-        let mut climbs: Vec<Vec<Facet>> = self.facets.iter().take(CLIMBERS).map(|f| vec![*f]).collect();
+    /// The triangles that promise more than `floor`, with what they promise, the most first.
+    fn promising(&self, floor: f64) -> Vec<(f64, usize)> {
+        // Overcut is not looked for next to uncut samples, where the deviation jumps: what no pass reaches fails anyway.
+        let cut = |corners: &[u32; 3]| corners.iter().all(|v| self.samples[*v as usize].touch.is_some());
+        let of = |(triangle, corners): (usize, &[u32; 3])| {
+            cut(corners).then(|| (self.facet(triangle).potential, triangle)).filter(|(potential, _)| *potential > floor)
+        };
+        let mut found: Vec<(f64, usize)> = self.grid.triangles.par_iter().enumerate().filter_map(of).collect();
+        found.par_sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        found
+    }
+
+    /// A whole triangle of the grid.
+    fn facet(&self, triangle: usize) -> Facet {
+        let corners = self.grid.triangles[triangle].map(|v| v as usize);
+        let samples = corners.map(|v| &self.samples[v]);
+        let bump = corners.map(|v| self.bumps[v]).into_iter().fold(0.0, f64::max);
+        let values = samples.map(|sample| self.value(sample));
+        Facet::new(triangle, WHOLE, values, samples.map(|sample| self.side.corner(sample)), bump)
+    }
+
+    /// Goes straight up from the most promising triangles, so that the sweep over all has a high floor.
+    fn climb(&mut self, promising: &[(f64, usize)], change: f64) {
+        let first = promising.iter().take(CLIMBERS);
+        let mut climbs: Vec<Vec<Facet>> = first.map(|(_, triangle)| vec![self.facet(*triangle)]).collect();
         for _ in 0..CLIMB {
             if self.peak >= self.clamp {
                 return;
             }
             let floor = self.peak + 0.1 * change;
-            climbs.iter_mut().for_each(|climb| climb.retain(|f| f.potential() > floor));
+            climbs.iter_mut().for_each(|climb| climb.retain(|f| f.potential > floor));
             let batch: Vec<Facet> = climbs.concat();
             let mut children = self.split(&batch).into_iter();
             for climb in &mut climbs {
@@ -212,13 +275,7 @@ impl Facet {
         let bend = |k: usize| (mv[k] - 0.5 * (v[k] + v[(k + 1) % 3])).abs();
         let bump = bend(0).max(bend(1)).max(bend(2));
         let triangle = self.triangle;
-        let quarter = |weights: [[f64; 3]; 3], values: [f64; 3], corners: [Corner; 3]| Self {
-            triangle,
-            weights,
-            values,
-            corners,
-            bump,
-        };
+        let quarter = |weights, values, corners| Self::new(triangle, weights, values, corners, bump);
         [
             quarter([w[0], m[0], m[2]], [v[0], mv[0], mv[2]], [c[0], mc[0], mc[2]]),
             quarter([m[0], w[1], m[1]], [mv[0], v[1], mv[1]], [mc[0], c[1], mc[1]]),

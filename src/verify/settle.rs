@@ -33,10 +33,10 @@ impl<M: BlockMotion> SweptTool<'_, M> {
         None
     }
 
-    /// Follows the depth downhill in time from a touch: successive parabolas within a block, then on into the
+    /// Follows the depth downhill in time from a touch: by parabolas over blocks and within them, then on into the
     /// neighbouring blocks while the minimum lies at an end.
     pub(super) fn settle(&self, ray: &NormalRay, query: &Query, start: Touch) -> Touch {
-        let mut best = start;
+        let mut best = self.glide(ray, query, start);
         for _ in 0..self.tree.nodes.len() {
             let inside = self.settle_in_block(ray, best);
             let block = inside.when.block;
@@ -62,27 +62,66 @@ impl<M: BlockMotion> SweptTool<'_, M> {
         best
     }
 
-    fn settle_in_block(&self, ray: &NormalRay, start: Touch) -> Touch {
-        let depth = |share: f64| -> Option<Touch> { self.at(ray, Instant { block: start.when.block, share }) };
+    /// Goes to about where the depth is lowest in the blocks near a touch.
+    fn glide(&self, ray: &NormalRay, query: &Query, start: Touch) -> Touch {
+        /// How far to look, in blocks, how far to go at once, and how often.
+        const AROUND: f64 = 1.0;
+        const LEAP: f64 = 6.0;
+        const TIMES: usize = 6;
         let mut best = start;
-        let mut step: f64 = 0.25;
-        for _ in 0..60 {
-            let share = best.when.share;
-            let (before, after) = ((share - step).max(0.0), (share + step).min(1.0));
-            let (a, b) = (depth(before), depth(after));
-            let proposal = match (&a, &b) {
-                (Some(a), Some(b)) => vertex((before, a.depth), (share, best.depth), (after, b.depth)),
-                _ => None,
+        for _ in 0..TIMES {
+            let from = best.when;
+            let touch = |shift: f64| {
+                let when = self.in_blocks(from, shift, query.end)?;
+                self.at(ray, when).map(|touch| (shift, touch))
             };
-            let tried = proposal.and_then(|p| depth(p.clamp(0.0, 1.0)));
-            let found = [a, b, tried].into_iter().flatten().fold(best, |x, y| if y.depth < x.depth { y } else { x });
-            let (gain, moved) = (best.depth - found.depth, (found.when.share - share).abs());
-            best = found;
-            if gain < SETTLED && step < 0.02 {
+            let (Some(before), Some(after)) = (touch(-AROUND), touch(AROUND)) else { break };
+            let (a, b, c) = ((-AROUND, before.1.depth), (0.0, best.depth), (AROUND, after.1.depth));
+            let leap = match Parabola::through(a, b, c).and_then(|parabola| parabola.vertex()) {
+                Some(shift) => shift.clamp(-LEAP, LEAP),
+                None if a.1 < c.1 => -LEAP,
+                None => LEAP,
+            };
+            let found = [touch(leap), Some(before), Some(after)].into_iter().flatten();
+            let (shift, lowest) = found.fold((0.0, best), |x, y| if y.1.depth < x.1.depth { y } else { x });
+            best = lowest;
+            if shift.abs() < AROUND {
                 break;
             }
-            step = if moved >= step { step } else { (step * 0.1).max(2.0 * moved.min(0.05)).min(step * 0.5) };
-            if step < 1e-9 {
+        }
+        best
+    }
+
+    /// The instant so many blocks later, or earlier where that is negative, if the blocks on the way are of one kind.
+    fn in_blocks(&self, from: Instant, shift: f64, end: usize) -> Option<Instant> {
+        let time = from.block as f64 + from.share + shift;
+        let when = (time >= 0.0).then(|| Instant { block: time as usize, share: time.fract() })?;
+        let mut way = from.block.min(when.block)..=from.block.max(when.block);
+        let same_kind = |block| {
+            block < self.motion.blocks().min(end) && self.motion.is_rapid(block) == self.motion.is_rapid(from.block)
+        };
+        way.all(same_kind).then_some(when)
+    }
+
+    /// The lowest point in the block of a touch, downhill from it.
+    fn settle_in_block(&self, ray: &NormalRay, start: Touch) -> Touch {
+        let mut best = start;
+        let mut probe = |share: f64| {
+            let touch = self.at(ray, Instant { block: start.when.block, share });
+            if let Some(touch) = touch.filter(|touch| touch.depth < best.depth) {
+                best = touch;
+            }
+            (share, touch.map_or(f64::INFINITY, |touch| touch.depth))
+        };
+        let Some(mut valley) = Valley::around((start.when.share, start.depth), &mut probe) else { return best };
+        for step in 0..MOST_STEPS {
+            let parabola = Parabola::through(valley.before, valley.lowest, valley.after);
+            let vertex = parabola.as_ref().and_then(Parabola::vertex).filter(|_| step % PATIENCE != PATIENCE - 1);
+            let share = vertex.map_or(valley.widest(), |share| share.clamp(valley.before.0, valley.after.0));
+            let found = probe(share);
+            let foreseen = parabola.filter(|_| vertex.is_some()).map(|parabola| parabola.at(share));
+            valley.take(found);
+            if foreseen.is_some_and(|depth| (depth - found.1).abs() < SETTLED) || valley.width() < NARROW {
                 break;
             }
         }
@@ -90,18 +129,98 @@ impl<M: BlockMotion> SweptTool<'_, M> {
     }
 }
 
+/// Steps within a block at most; after so many of them one halves what encloses the minimum.
+const MOST_STEPS: usize = 60;
+const PATIENCE: usize = 4;
+/// Share of a block beside a touch that is looked at first.
+const LOOK: f64 = 0.2;
+/// Share of a block within which a minimum needs no closer look.
+const NARROW: f64 = 1e-8;
+
+/// Three places of a block, by share and depth, of which the middle one is the lowest or the minimum lies at an end.
+struct Valley {
+    before: (f64, f64),
+    lowest: (f64, f64),
+    after: (f64, f64),
+}
+
+impl Valley {
+    /// Goes downhill from a place until the depth rises or the block ends; `None` where that is at once.
+    fn around(start: (f64, f64), probe: &mut impl FnMut(f64) -> (f64, f64)) -> Option<Self> {
+        let mut look = LOOK;
+        let (mut before, mut lowest, mut after) =
+            (probe((start.0 - look).max(0.0)), start, probe((start.0 + look).min(1.0)));
+        while before.1 < lowest.1 && before.0 > 0.0 {
+            look *= 2.0;
+            (before, lowest, after) = (probe((before.0 - look).max(0.0)), before, lowest);
+        }
+        while after.1 < lowest.1 && after.0 < 1.0 {
+            look *= 2.0;
+            (before, lowest, after) = (lowest, after, probe((after.0 + look).min(1.0)));
+        }
+        // At an end of the block one of them is missing.
+        if before.0 >= lowest.0 {
+            (before, lowest) = (lowest, probe(0.5 * (lowest.0 + after.0)));
+        } else if after.0 <= lowest.0 {
+            (after, lowest) = (lowest, probe(0.5 * (before.0 + lowest.0)));
+        }
+        (before.0 < lowest.0 && lowest.0 < after.0).then_some(Self { before, lowest, after })
+    }
+
+    /// The middle of the wider side.
+    fn widest(&self) -> f64 {
+        let (left, right) = (self.lowest.0 - self.before.0, self.after.0 - self.lowest.0);
+        if left > right { self.lowest.0 - 0.5 * left } else { self.lowest.0 + 0.5 * right }
+    }
+
+    /// Takes in one more place.
+    fn take(&mut self, place: (f64, f64)) {
+        let before = place.0 < self.lowest.0;
+        match (place.1 < self.lowest.1, before) {
+            (true, true) => (self.after, self.lowest) = (self.lowest, place),
+            (true, false) => (self.before, self.lowest) = (self.lowest, place),
+            (false, true) => self.before = place,
+            (false, false) => self.after = place,
+        }
+    }
+
+    fn width(&self) -> f64 {
+        self.after.0 - self.before.0
+    }
+}
+
 /// Change of depth below which a minimum is settled, mm.
 const SETTLED: f64 = 1e-10;
 
-/// Where the parabola through three points has its minimum.
-fn vertex(a: (f64, f64), b: (f64, f64), c: (f64, f64)) -> Option<f64> {
-    let (left, right) = (b.0 - a.0, c.0 - b.0);
-    if left <= 0.0 || right <= 0.0 {
-        return None;
+/// The parabola through three places.
+#[derive(Clone, Copy)]
+struct Parabola {
+    middle: (f64, f64),
+    /// Its slope in the middle, and how that grows.
+    slope: f64,
+    bend: f64,
+}
+
+impl Parabola {
+    /// `None` where the places are not in order or not finite.
+    fn through(a: (f64, f64), b: (f64, f64), c: (f64, f64)) -> Option<Self> {
+        let (left, right) = (b.0 - a.0, c.0 - b.0);
+        if left <= 0.0 || right <= 0.0 {
+            return None;
+        }
+        let (slope_left, slope_right) = ((b.1 - a.1) / left, (c.1 - b.1) / right);
+        let bend = (slope_right - slope_left) / (0.5 * (left + right));
+        let slope = (slope_left * right + slope_right * left) / (left + right);
+        (bend.is_finite() && slope.is_finite()).then_some(Self { middle: b, slope, bend })
     }
-    let (slope_left, slope_right) = ((b.1 - a.1) / left, (c.1 - b.1) / right);
-    let bend = (slope_right - slope_left) / (0.5 * (left + right));
-    // Slope at b, from the parabola.
-    let slope = (slope_left * right + slope_right * left) / (left + right);
-    (bend > 0.0).then(|| b.0 - slope / bend)
+
+    /// Where it is lowest.
+    fn vertex(&self) -> Option<f64> {
+        (self.bend > 0.0).then(|| self.middle.0 - self.slope / self.bend)
+    }
+
+    fn at(&self, share: f64) -> f64 {
+        let step = share - self.middle.0;
+        self.middle.1 + step * (self.slope + 0.5 * self.bend * step)
+    }
 }

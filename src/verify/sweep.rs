@@ -7,12 +7,8 @@ use super::swept::{Query, SweptTool, Touch, Window};
 use crate::geometry::Vector;
 use rayon::prelude::*;
 
-/// Samples that one thread does in a row, each starting from the time found for the one before. A constant, so that
-/// results do not depend on the number of threads.
+/// Samples that one thread does together. A constant, so that results do not depend on the number of threads.
 const RUN: usize = 64;
-/// Samples that are looked at together first, and how far apart they are at most, as a share of the body's radius.
-const CLUSTER: usize = 8;
-const CLUSTER_REACH: f64 = 0.2;
 
 /// Chords of feed moves are followed to this error before the search, mm; closer where it matters.
 const FEED_SAG: f64 = 1e-5;
@@ -64,25 +60,12 @@ impl<M: BlockMotion> Sweep<'_, M> {
         ask: impl Fn(usize) -> (Option<Instant>, f64) + Sync + Send,
     ) -> Vec<Option<Touch>> {
         let order = along_curve(rays);
-        let reach = CLUSTER_REACH * self.feed.radius();
         let run = |run: &[usize]| {
-            let mut found = Vec::with_capacity(run.len());
-            let mut last = None;
-            let mut rest = run;
-            while let Some(first) = rest.first() {
-                let near = |index: &&usize| (rays[**index].origin - rays[*first].origin).norm() <= reach;
-                let count = rest.iter().take(CLUSTER).take_while(near).count().max(1);
-                let (cluster, beyond) = rest.split_at(count);
-                let asked = cluster.iter().map(|index| {
-                    let (hint, limit) = ask(*index);
-                    (rays[*index], Query { hint: hint.or(last), end: usize::MAX, limit })
-                });
-                let touches = self.lowest_of(asked.collect());
-                last = touches.iter().rev().flatten().next().map(|touch| touch.when).or(last);
-                found.extend(touches);
-                rest = beyond;
-            }
-            found
+            let asked = run.iter().map(|index| {
+                let (hint, limit) = ask(*index);
+                (rays[*index], Query { hint, end: usize::MAX, limit })
+            });
+            self.lowest_of(asked.collect())
         };
         let found: Vec<Option<Touch>> = order.par_chunks(RUN).flat_map_iter(run).collect();
         let mut touches = vec![None; rays.len()];
@@ -92,7 +75,7 @@ impl<M: BlockMotion> Sweep<'_, M> {
         touches
     }
 
-    /// [`Self::lowest`] for a cluster of rays.
+    /// [`Self::lowest`] for a run of rays.
     fn lowest_of(&self, mut cluster: Vec<(NormalRay, Query)>) -> Vec<Option<Touch>> {
         let feed = self.feed.lowest_of(&cluster);
         for ((_, query), touch) in cluster.iter_mut().zip(&feed) {

@@ -47,9 +47,9 @@ pub struct Touch {
 pub(super) struct SweptTool<'a, M> {
     pub(super) motion: &'a M,
     pub(super) tree: &'a MotionTree,
-    body: &'a Body,
+    pub(super) body: &'a Body,
     boxes: Vec<Bounds>,
-    window: Window,
+    pub(super) window: Window,
     /// Depth below which no difference is looked for, mm.
     resolution: f64,
 }
@@ -67,12 +67,12 @@ pub(super) struct Query {
 
 /// What a stretch must not reach below `goal`: a ray, or all rays of a fan about it.
 #[derive(Clone, Copy)]
-struct Target<'t> {
-    ray: &'t NormalRay,
-    fan: Option<&'t Fan>,
+pub(super) struct Target<'t> {
+    pub(super) ray: &'t NormalRay,
+    pub(super) fan: Option<&'t Fan>,
     /// Normal of a plane that may separate them: the tool's where it has touched the ray before.
-    guide: Option<Direction>,
-    goal: f64,
+    pub(super) guide: Option<Direction>,
+    pub(super) goal: f64,
 }
 
 /// A stretch of time of which something is still to be shown.
@@ -101,67 +101,23 @@ impl<'a, M: BlockMotion> SweptTool<'a, M> {
 
     /// The lowest point reached; `None` where no block that counts comes below the limit.
     pub(super) fn lowest(&self, ray: &NormalRay, query: &Query) -> Option<Touch> {
-        self.search(ray, query, self.hinted(ray, query), 0)
-    }
-
-    /// [`Self::lowest`] for a cluster of rays: what is clear of all of them is shown once.
-    pub(super) fn lowest_of(&self, cluster: &[(NormalRay, Query)]) -> Vec<Option<Touch>> {
-        let rays: Vec<NormalRay> = cluster.iter().map(|(ray, _)| *ray).collect();
-        let Some(fan) = Fan::around(&rays).filter(|_| cluster.len() > 1 && !self.tree.nodes.is_empty()) else {
-            return cluster.iter().map(|(ray, query)| self.lowest(ray, query)).collect();
-        };
-        let mut hint = None;
-        let hinted = |(ray, query): &(NormalRay, Query)| {
-            let best = self.hinted(ray, &Query { hint: query.hint.or(hint), ..*query });
-            hint = best.map(|touch| touch.when).or(hint);
-            best
-        };
-        let mut bests: Vec<Option<Touch>> = cluster.iter().map(hinted).collect();
-        let goal = |bests: &[Option<Touch>]| {
-            let goals = cluster.iter().zip(bests).map(|((_, query), best)| self.goal(query, best.as_ref()));
-            goals.fold(f64::NEG_INFINITY, f64::max)
-        };
-        let end = cluster.iter().map(|(_, query)| query.end).max().unwrap_or_default();
-        let mut now = goal(&bests);
-        // Nodes with how likely they reach deeper, and the goal by which that was judged.
-        let mut stack = vec![(0, f64::NEG_INFINITY, f64::INFINITY)];
-        while let Some((index, _, judged)) = stack.pop().filter(|_| now > -self.window.inward) {
-            let target = Target { ray: &fan.ray, fan: Some(&fan), guide: None, goal: now };
-            if now < judged && self.promise(&target, index, end) == f64::INFINITY {
-                continue;
-            }
-            let node = &self.tree.nodes[index as usize];
-            if node.right != 0 && node.stretch.linear.way(self.tree.reference) > fan.radius() {
-                let children = [index + 1, node.right].map(|child| (child, self.promise(&target, child, end), now));
-                push_open(&mut stack, children, |child| child.1);
-                continue;
-            }
-            let mut last = None;
-            for ((ray, query), best) in cluster.iter().zip(&mut bests) {
-                *best = deeper(*best, self.led_by(ray, query, best.as_ref(), last));
-                *best = self.search(ray, query, *best, index);
-                last = best.or(last);
-            }
-            now = goal(&bests);
-        }
-        bests
-    }
-
-    /// What the tool that touches a neighbouring ray leads to, where it is deeper at that instant than what is known.
-    fn led_by(&self, ray: &NormalRay, query: &Query, best: Option<&Touch>, neighbour: Option<Touch>) -> Option<Touch> {
-        let neighbour = neighbour.filter(|touch| best.is_none_or(|own| own.when.block != touch.when.block))?;
-        let touch = self.at(ray, neighbour.when)?;
-        (touch.depth < self.goal(query, best)).then(|| self.settle(ray, query, touch))
+        self.search(ray, query, self.hinted(ray, query), &[0])
     }
 
     /// Where the hint of a query leads.
-    fn hinted(&self, ray: &NormalRay, query: &Query) -> Option<Touch> {
+    pub(super) fn hinted(&self, ray: &NormalRay, query: &Query) -> Option<Touch> {
         let touch = query.hint.filter(|h| h.block < query.end).and_then(|when| self.at(ray, when));
         touch.filter(|touch| touch.depth < query.limit).map(|touch| self.settle(ray, query, touch))
     }
 
-    /// The lowest point reached below what is known, in the stretches of one node.
-    fn search(&self, ray: &NormalRay, query: &Query, mut best: Option<Touch>, root: u32) -> Option<Touch> {
+    /// The lowest point reached below what is known, in the stretches of some nodes.
+    pub(super) fn search(
+        &self,
+        ray: &NormalRay,
+        query: &Query,
+        mut best: Option<Touch>,
+        roots: &[u32],
+    ) -> Option<Touch> {
         if self.tree.nodes.is_empty() || self.body.pieces.is_empty() {
             return best;
         }
@@ -173,17 +129,17 @@ impl<'a, M: BlockMotion> SweptTool<'a, M> {
             self.promise(&target, index, query.end)
         };
         let mut stack = Vec::new();
-        push_open(&mut stack, [(root, promise(root, &best))], |node| node.1);
+        push_open(&mut stack, roots.iter().map(|root| (*root, promise(*root, &best))));
         let mut parts = Vec::new();
         let at_bottom = |best: &Option<Touch>| self.goal(query, best.as_ref()) <= -self.window.inward;
         while let Some((index, _)) = stack.pop().filter(|_| !at_bottom(&best)) {
             let node = &self.tree.nodes[index as usize];
             if node.right != 0 {
                 let children = [index + 1, node.right].map(|child| (child, promise(child, &best)));
-                push_open(&mut stack, children, |child| child.1);
+                push_open(&mut stack, children);
                 continue;
             }
-            parts.push(Part::of(self.motion, &node.stretch, self.tree.reference));
+            parts.push(Part::of(&node.stretch));
             while let Some(part) = parts.pop().filter(|_| !at_bottom(&best)) {
                 self.visit_part(ray, part, query, &mut best, &mut parts);
             }
@@ -192,12 +148,12 @@ impl<'a, M: BlockMotion> SweptTool<'a, M> {
     }
 
     /// The depth that a stretch must go below to matter.
-    fn goal(&self, query: &Query, best: Option<&Touch>) -> f64 {
+    pub(super) fn goal(&self, query: &Query, best: Option<&Touch>) -> f64 {
         best.map_or(query.limit.min(self.window.outward), |b| b.depth - self.resolution)
     }
 
     /// How likely a node reaches below a target's goal, the lower the likelier: infinite when it certainly does not.
-    fn promise(&self, target: &Target<'_>, index: u32, end: usize) -> f64 {
+    pub(super) fn promise(&self, target: &Target<'_>, index: u32, end: usize) -> f64 {
         let node = &self.tree.nodes[index as usize];
         if node.blocks.0 as usize >= end || self.far(index, target) {
             return f64::INFINITY;
@@ -354,11 +310,7 @@ impl<'a, M: BlockMotion> SweptTool<'a, M> {
                         continue;
                     }
                     match node.right {
-                        0 => stack.push(OpenStretch::Part(Box::new(Part::of(
-                            self.motion,
-                            &node.stretch,
-                            self.tree.reference,
-                        )))),
+                        0 => stack.push(OpenStretch::Part(Box::new(Part::of(&node.stretch)))),
                         right => stack.extend([OpenStretch::Node(right), OpenStretch::Node(index + 1)]),
                     }
                 }
@@ -398,11 +350,6 @@ impl<'a, M: BlockMotion> SweptTool<'a, M> {
         })
     }
 
-    /// Largest radius of the body, mm.
-    pub(super) fn radius(&self) -> f64 {
-        self.body.radius
-    }
-
     /// A body that enters the ray by no more than this, square to its surface, counts as clear, mm.
     pub(super) fn slack(&self) -> f64 {
         0.1 * self.resolution
@@ -410,17 +357,10 @@ impl<'a, M: BlockMotion> SweptTool<'a, M> {
 }
 
 /// Puts what may reach deeper on a stack, the more promising on top.
-fn push_open<T: Copy, const N: usize>(stack: &mut Vec<T>, mut nodes: [T; N], promise: impl Fn(&T) -> f64) {
-    nodes.sort_by(|a, b| promise(b).total_cmp(&promise(a)));
-    stack.extend(nodes.into_iter().filter(|node| promise(node) < f64::INFINITY));
-}
-
-/// The lower of two touches.
-fn deeper(a: Option<Touch>, b: Option<Touch>) -> Option<Touch> {
-    match (a, b) {
-        (Some(a), Some(b)) => Some(if b.depth < a.depth { b } else { a }),
-        (a, b) => a.or(b),
-    }
+fn push_open(stack: &mut Vec<(u32, f64)>, nodes: impl IntoIterator<Item = (u32, f64)>) {
+    let known = stack.len();
+    stack.extend(nodes.into_iter().filter(|(_, promise)| *promise < f64::INFINITY));
+    stack[known..].sort_by(|(_, a), (_, b)| b.total_cmp(a));
 }
 
 fn touch(ray: &NormalRay, pose: &Pose, when: Instant, entry: &Entry) -> Touch {
