@@ -4,17 +4,20 @@
 //! No overcut beyond a depth: over every stretch of time a plane that touches the tool keeps all rays of a cell clear of
 //! it below that depth. No undercut beyond a height: at some instant one convex piece of the tool holds the cell's
 //! corners, lifted by that height along the normals, deep enough to hold all between them. Where a proof fails the cell is
-//! quartered; where quarters no longer help, more is allowed.
+//! quartered; where quarters no longer help, more is allowed. What is clear of a whole group of cells is shown once.
 
 use super::deviation::PartDeviation;
 use super::fan::Fan;
 use super::measured::{MeasuredSample, edges, ray_of};
 use super::motion_tree::{BlockMotion, Instant};
+use super::ray::NormalRay;
+use super::record::ToleranceRecord;
 use super::strips::Runs;
-use super::sweep::Sweep;
+use super::sweep::{Sweep, along_curve};
 use super::swept::{OpenStretch, SweptTool};
 use crate::part::{Cell, Cells, DesignSurface};
 use rayon::prelude::*;
+use std::rc::Rc;
 
 /// Upper bounds over the whole region, mm; `None` where nothing could be shown.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,6 +34,11 @@ const MOST_CELLS: usize = 4096;
 /// where a proof fails.
 const FIRST: f64 = 0.9;
 const DOUBLINGS: i32 = 8;
+/// Where less than that, but more than this share of the resolution, is left up to what is allowed, that is tried first.
+const LEAST: f64 = 0.1;
+/// Cells that one thread looks at together, and into how many groups they are parted.
+const GROUP: usize = 64;
+const PARTS: usize = 4;
 /// Covers the rounding of the figures themselves, mm.
 const ROUNDING: f64 = 1e-9;
 
@@ -43,8 +51,9 @@ pub(super) struct Region<'a, M> {
 }
 
 impl<M: BlockMotion> Region<'_, M> {
-    /// Bounds no more than `resolution` above the largest sampled figures, where the proofs go through.
-    pub(super) fn bounds(&self, resolution: f64) -> Bounds {
+    /// Bounds no more than `resolution` above the largest sampled figures, and within the tolerance where they are, if the
+    /// proofs go through.
+    pub(super) fn bounds(&self, resolution: f64, tolerance: ToleranceRecord) -> Bounds {
         let cells = Cells::new(self.surface);
         let part = self.part;
         let overcut = part.worst_overcut.and_then(|m| m.deviation()).map_or(0.0, |d| -d);
@@ -52,22 +61,60 @@ impl<M: BlockMotion> Region<'_, M> {
             Some(worst) => worst.deviation(),
             None => Some(0.0),
         };
-        let nearby = self.cuts_nearby();
-        let least = |from: f64, shown: &(dyn Fn(&Cell, &[Instant], f64) -> bool + Sync)| {
-            let of_triangle = |corners: &[u32; 3]| {
-                let cell = cells.cell(corners.map(|v| part.samples[v as usize].sample));
-                let cuts = with_mean(corners.map(|v| nearby[v as usize].as_slice()));
-                let step = |k: i32| from + FIRST * resolution * 2.0_f64.powi(k);
-                (0..=DOUBLINGS).map(step).find(|limit| shown(&cell, &cuts, *limit)).unwrap_or(f64::INFINITY)
-            };
-            let most = part.triangles.par_iter().map(of_triangle).reduce(|| from, f64::max);
-            most.is_finite().then_some(most + self.sweep.feed.slack() + ROUNDING)
-        };
+        let rounding = self.sweep.feed.slack() + ROUNDING;
+        let limits = |from: f64, allowed: f64| limits(from, resolution, allowed - rounding);
+        let shown = |most: f64| most.is_finite().then_some(most + rounding);
         Bounds {
-            overcut: least(overcut, &|cell, _, limit| self.no_overcut(&cells, cell, limit)),
+            overcut: shown(self.least_overcut(&cells, &limits(overcut, tolerance.overcut)).max(overcut)),
             undercut: undercut
-                .and_then(|from| least(from, &|cell, cuts, limit| self.no_undercut(&cells, cell, cuts, limit))),
+                .and_then(|from| shown(self.least_undercut(&cells, &limits(from, tolerance.undercut)).max(from))),
         }
+    }
+
+    /// The cell of a triangle of the grid.
+    fn cell(&self, cells: &Cells<'_>, triangle: &[u32; 3]) -> Cell {
+        cells.cell(triangle.map(|v| self.part.samples[v as usize].sample))
+    }
+
+    /// The least of some rising limits below which no triangle is cut; infinite where none of them is shown for one.
+    fn least_overcut(&self, cells: &Cells<'_>, limits: &[f64]) -> f64 {
+        let triangles = &self.part.triangles;
+        let first: Vec<NormalRay> =
+            triangles.iter().map(|[a, ..]| ray_of(&self.part.samples[*a as usize].sample)).collect();
+        let of_group = |group: &[usize]| {
+            let group: Vec<Cell> = group.iter().map(|index| self.cell(cells, &triangles[*index])).collect();
+            self.overcut_of(cells, &group, limits, [&[0], &[0]])
+        };
+        along_curve(&first).par_chunks(GROUP).map(of_group).reduce(|| 0.0, f64::max)
+    }
+
+    /// The same for some cells, where feed moves and rapids are known to be clear of them outside some nodes.
+    fn overcut_of(&self, cells: &Cells<'_>, group: &[Cell], limits: &[f64], open: [&[u32]; 2]) -> f64 {
+        if let [cell] = group {
+            let shown = |limit: &f64| self.no_overcut(cells, cell, *limit, open);
+            return limits.iter().copied().find(shown).unwrap_or(f64::INFINITY);
+        }
+        let goal = -limits.first().copied().unwrap_or_default();
+        let fan = Fan::over(group);
+        let left = |swept: &SweptTool<'_, M>, open: &[u32]| {
+            let left = fan.as_ref().and_then(|fan| swept.open_to(fan, goal, usize::MAX, open));
+            left.unwrap_or_else(|| open.to_vec())
+        };
+        let (feed, rapid) = (left(&self.sweep.feed, open[0]), left(&self.sweep.rapid, open[1]));
+        let parts = group.chunks(group.len().div_ceil(PARTS).max(1));
+        parts.map(|part| self.overcut_of(cells, part, limits, [&feed, &rapid])).fold(0.0, f64::max)
+    }
+
+    /// The least of some rising limits up to which every triangle is cut; infinite where none of them is shown for one.
+    fn least_undercut(&self, cells: &Cells<'_>, limits: &[f64]) -> f64 {
+        let nearby = self.cuts_nearby();
+        let of_triangle = |triangle: &[u32; 3]| {
+            let cell = self.cell(cells, triangle);
+            let cuts = with_mean(triangle.map(|v| nearby[v as usize].as_slice()));
+            let shown = |limit: &f64| self.no_undercut(cells, &cell, &cuts, *limit);
+            limits.iter().copied().find(shown).unwrap_or(f64::INFINITY)
+        };
+        self.part.triangles.par_iter().map(of_triangle).reduce(|| 0.0, f64::max)
     }
 
     /// For each sample of the grid when it is cut, then when places up to two edges away are, once for each other pass:
@@ -93,11 +140,12 @@ impl<M: BlockMotion> Region<'_, M> {
         cuts
     }
 
-    /// Shows that no move reaches deeper than `limit` below any point of a cell.
-    fn no_overcut(&self, cells: &Cells<'_>, cell: &Cell, limit: f64) -> bool {
-        let all = || vec![OpenStretch::Node(0)];
-        self.clear(&self.sweep.feed, cells, cell, limit, all())
-            && self.clear(&self.sweep.rapid, cells, cell, limit, all())
+    /// Shows that no move, of those in some nodes of feed moves and rapids, reaches deeper than `limit` below any point of
+    /// a cell.
+    fn no_overcut(&self, cells: &Cells<'_>, cell: &Cell, limit: f64, [feed, rapid]: [&[u32]; 2]) -> bool {
+        let stretches = |nodes: &[u32]| nodes.iter().copied().map(OpenStretch::Node).collect::<Rc<[OpenStretch]>>();
+        self.clear(&self.sweep.feed, cells, cell, limit, stretches(feed))
+            && self.clear(&self.sweep.rapid, cells, cell, limit, stretches(rapid))
     }
 
     fn clear(
@@ -106,20 +154,20 @@ impl<M: BlockMotion> Region<'_, M> {
         cells: &Cells<'_>,
         cell: &Cell,
         limit: f64,
-        open: Vec<OpenStretch>,
+        open: Rc<[OpenStretch]>,
     ) -> bool {
         let mut stack = vec![(*cell, open, 0)];
         let mut spent = 0;
         while let Some((cell, open, quarterings)) = stack.pop() {
             spent += 1;
-            let stuck = swept.not_clear_of(&Fan::of(&cell), -limit, open);
+            let stuck: Rc<[OpenStretch]> = swept.not_clear_of(&Fan::of(&cell), -limit, &open).into();
             if stuck.is_empty() {
                 continue;
             }
             if quarterings == QUARTERINGS || spent > MOST_CELLS {
                 return false;
             }
-            stack.extend(cells.quarters(&cell).map(|quarter| (quarter, stuck.clone(), quarterings + 1)));
+            stack.extend(cells.quarters(&cell).map(|quarter| (quarter, Rc::clone(&stuck), quarterings + 1)));
         }
         true
     }
@@ -133,7 +181,11 @@ impl<M: BlockMotion> Region<'_, M> {
             if self.covered(&cell, &cuts, limit) {
                 continue;
             }
-            let cuts = self.cuts_of(&cell, &cuts);
+            let settled = self.settled(&cell, &cuts);
+            if self.covered(&cell, &settled, limit) {
+                continue;
+            }
+            let cuts = self.deepest(&cell, &settled);
             if self.covered(&cell, &cuts, limit) || self.covered(&cell, &self.beside(&cuts, &cell), limit) {
                 continue;
             }
@@ -145,21 +197,18 @@ impl<M: BlockMotion> Region<'_, M> {
         true
     }
 
-    /// When a cell is cut: its middle and corners by whatever cuts them deepest, and its middle by the passes that cut
-    /// nearby places at known times. At a seam the deeper pass may end within the cell, where the other one counts.
-    fn cuts_of(&self, cell: &Cell, nearby: &[Instant]) -> Vec<Instant> {
+    /// When the passes that cut nearby places at known times cut a cell's middle.
+    fn settled(&self, cell: &Cell, nearby: &[Instant]) -> Vec<Instant> {
         let ray = Fan::of(cell).ray;
-        let rays = std::iter::once(ray).chain(cell.corners.iter().map(ray_of));
-        let deepest = rays.filter_map(|ray| self.sweep.lowest(&ray, nearby.first().copied(), f64::INFINITY));
-        let others = nearby.iter().filter_map(|when| self.sweep.feed.near(&ray, *when));
-        let mut cuts: Vec<Instant> = Vec::new();
-        for touch in deepest.chain(others) {
-            let same = |known: &Instant| (time(known) - time(&touch.when)).abs() < SAME_CUT;
-            if cuts.len() < MOST_CUTS && !cuts.iter().any(same) {
-                cuts.push(touch.when);
-            }
-        }
-        cuts
+        distinct(nearby.iter().filter_map(|when| self.sweep.feed.near(&ray, *when)).map(|touch| touch.when))
+    }
+
+    /// When a cell's middle and corners are cut by whatever cuts them deepest; then other cuts of it. At a seam the deeper
+    /// pass may end within the cell, where another one counts.
+    fn deepest(&self, cell: &Cell, others: &[Instant]) -> Vec<Instant> {
+        let rays = std::iter::once(Fan::of(cell).ray).chain(cell.corners.iter().map(ray_of));
+        let deepest = rays.filter_map(|ray| self.sweep.lowest(&ray, others.first().copied(), f64::INFINITY));
+        distinct(deepest.map(|touch| touch.when).chain(others.iter().copied()))
     }
 
     /// Instants a little before and after some cuts. Where the tool's end passes over a cell it cuts deepest with its rim,
@@ -183,6 +232,24 @@ impl<M: BlockMotion> Region<'_, M> {
 const SAME_CUT: f64 = 1e-2;
 /// Passes that may be needed to cover one cell: where seams meet.
 const MOST_CUTS: usize = 6;
+
+/// The first of some cuts, those left out that are one with an earlier one.
+fn distinct(cuts: impl Iterator<Item = Instant>) -> Vec<Instant> {
+    let mut kept: Vec<Instant> = Vec::new();
+    for cut in cuts {
+        if kept.len() < MOST_CUTS && !kept.iter().any(|known| (time(known) - time(&cut)).abs() < SAME_CUT) {
+            kept.push(cut);
+        }
+    }
+    kept
+}
+
+/// The limits to be tried, rising: what is allowed where that is a little above what was sampled, then the resolution
+/// above that and more.
+fn limits(from: f64, resolution: f64, allowed: f64) -> Vec<f64> {
+    let within = Some(allowed).filter(|_| (LEAST..FIRST).contains(&((allowed - from) / resolution)));
+    within.into_iter().chain((0..=DOUBLINGS).map(|k| from + FIRST * resolution * 2.0_f64.powi(k))).collect()
+}
 
 /// The time in blocks.
 fn time(when: &Instant) -> f64 {

@@ -64,8 +64,7 @@ impl<M: BlockMotion> SweptTool<'_, M> {
         }
     }
 
-    /// The nodes below some whose stretches may matter to one of some rays, none much longer than the rays are apart;
-    /// `None` where the rays have too little in common.
+    /// The nodes below some whose stretches may matter to one of some rays; `None` where the rays have too little in common.
     fn not_clear(&self, group: &Group<'_>, members: &[usize], open: &[u32]) -> Option<Vec<u32>> {
         let goals = members.iter().map(|index| self.goal(&group.asked[*index].1, group.bests[*index].as_ref()));
         let goal = goals.fold(f64::NEG_INFINITY, f64::max);
@@ -74,10 +73,16 @@ impl<M: BlockMotion> SweptTool<'_, M> {
         }
         let end = members.iter().map(|index| group.asked[*index].1.end).max()?;
         let fan = Fan::around(members.iter().map(|index| &group.asked[*index].0))?;
+        self.open_to(&fan, goal, end, open)
+    }
+
+    /// The nodes below some in which blocks before `end` may reach a ray of a fan below `goal`, none much longer than the
+    /// fan is wide; `None` where it is too wide.
+    pub(super) fn open_to(&self, fan: &Fan, goal: f64, end: usize, open: &[u32]) -> Option<Vec<u32>> {
         if fan.radius() > REACH * self.body.radius {
             return None;
         }
-        let target = Target { ray: &fan.ray, fan: Some(&fan), guide: None, goal };
+        let target = Target { ray: &fan.ray, fan: Some(fan), guide: None, goal };
         let mut left = Vec::new();
         let mut stack: Vec<u32> = open.iter().rev().copied().collect();
         while let Some(index) = stack.pop() {

@@ -31,29 +31,48 @@ impl Fan {
         }
     }
 
-    /// The fan of a cluster of rays: they start in a rectangle square to their mean normal, but for the bulge. `None`
-    /// where their normals have no mean, or there are none.
-    pub(super) fn around<'r>(rays: impl ExactSizeIterator<Item = &'r NormalRay> + Clone) -> Option<Self> {
-        let count = rays.len() as f64;
-        let sum = |of: fn(&NormalRay) -> Vector| rays.clone().map(of).sum::<Vector>();
-        let origin = Point::from(sum(|ray| ray.origin.coords) / count);
-        let normal = Direction::try_new(sum(|ray| ray.normal.into_inner()), 1e-3 * count)?;
-        let flat = |ray: &NormalRay| {
-            let offset = ray.origin - origin;
+    /// The fan of a cluster of rays; `None` where their normals have no mean, or there are none.
+    pub(super) fn around<'r>(rays: impl Iterator<Item = &'r NormalRay> + Clone) -> Option<Self> {
+        let normals = rays.clone().map(|ray| ray.normal.into_inner());
+        Self::about(rays.map(|ray| ray.origin), normals, (0.0, 0.0))
+    }
+
+    /// The fan of some cells; `None` where their normals have no mean, or there are none.
+    pub(super) fn over(cells: &[Cell]) -> Option<Self> {
+        let most = |of: fn(&Cell) -> f64| cells.iter().map(of).fold(0.0, f64::max);
+        let corners = cells.iter().flat_map(|cell| cell.corners.map(|corner| corner.point));
+        Self::about(corners, cells.iter().map(|cell| cell.normal), (most(|cell| cell.bulge), most(|cell| cell.turn)))
+    }
+
+    /// The fan of rays that start between some points, but for a bulge, with normals that are some directions, but for a
+    /// turn: they start in a rectangle square to the mean direction, but for the bulge.
+    fn about(
+        points: impl Iterator<Item = Point> + Clone,
+        normals: impl Iterator<Item = Vector> + Clone,
+        (bulge, turn): (f64, f64),
+    ) -> Option<Self> {
+        let origin =
+            Point::from(points.clone().map(|point| point.coords).sum::<Vector>() / points.clone().count() as f64);
+        let sum = normals.clone().sum::<Vector>();
+        let normal = Direction::try_new(sum, 1e-3 * normals.clone().count() as f64)?;
+        let flat = |point: &Point| {
+            let offset = point - origin;
             offset - normal.into_inner() * offset.dot(&normal)
         };
-        let farthest = rays.clone().map(flat).fold(Vector::zeros(), |a, b| if b.norm() > a.norm() { b } else { a });
-        let along = farthest.try_normalize(1e-12).unwrap_or_default();
+        let longer = |a: Vector, b: Vector| if b.norm_squared() > a.norm_squared() { b } else { a };
+        let along = points.clone().map(|point| flat(&point)).fold(Vector::zeros(), longer);
+        let along = along.try_normalize(1e-12).unwrap_or_default();
         let across = normal.cross(&along);
-        let most = |of: &dyn Fn(&NormalRay) -> f64| rays.clone().map(of).fold(0.0, f64::max);
-        let along = along * most(&|ray| flat(ray).dot(&along).abs());
-        let across = across * most(&|ray| flat(ray).dot(&across).abs());
+        let most = |of: &dyn Fn(&Point) -> f64| points.clone().map(|point| of(&point)).fold(0.0, f64::max);
+        let along = along * most(&|point| flat(point).dot(&along).abs());
+        let across = across * most(&|point| flat(point).dot(&across).abs());
+        let turned = normals.map(|one| (one - normal.into_inner()).norm()).fold(0.0, f64::max);
         Some(Self {
             ray: NormalRay { origin, normal },
             corners: [along + across, along - across, across - along, -along - across],
             radius: (along + across).norm(),
-            bulge: most(&|ray| (ray.origin - origin).dot(&normal).abs()) + ROUNDING,
-            turn: most(&|ray| (ray.normal.into_inner() - normal.into_inner()).norm()) + ROUNDING,
+            bulge: bulge + most(&|point| (point - origin).dot(&normal).abs()) + ROUNDING,
+            turn: turn + turned + ROUNDING,
         })
     }
 

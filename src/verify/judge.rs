@@ -54,8 +54,8 @@ pub struct Settings {
     pub refinement: f64,
     /// Touch of shank, holder, check surfaces and rapids that is no collision, mm.
     pub contact: f64,
-    /// Guaranteed bounds are brought this near the sampled extremes, mm, where they can be; none are computed when left
-    /// out.
+    /// Guaranteed bounds are brought this near the sampled extremes, mm, and within the tolerance where these are, if they
+    /// can be; none are computed when left out.
     pub bound: Option<f64>,
     /// Distance from the region's edge within which nothing is claimed, mm.
     pub border: f64,
@@ -117,7 +117,7 @@ pub fn verify(subject: &Subject<'_>, settings: &Settings) -> Verified {
     let links = links(motion, subject.tool, &part, settings.window.outward);
     let runs = Runs::of(&links);
     let region = Region { surface: &subject.part.surface, sweep: &sweep, part: &part, runs: &runs };
-    let bounds = settings.bound.map(|resolution| region.bounds(resolution));
+    let bounds = settings.bound.map(|resolution| region.bounds(resolution, subject.tolerance));
     let seams = seams(&subject.part.surface, &sweep, &part, &runs);
 
     let mut contacts = Contacts::default();

@@ -114,7 +114,9 @@ impl Plane {
         let axial_turn = |far: f64| self.normal.dot(&linear.axis_rate).abs() * far + linear.axis_error(reference);
         let far = linear.range.1.max(-linear.range.0);
         if let Some(cap) = self.cap.filter(|cap| axial_turn(far) <= cap.freedom) {
-            return self.lowest_on_cap(ray, linear, &cap, ends, reference, fan);
+            let spread = |lambda: f64| fan.map_or(0.0, |fan| fan.spread(&self.normal, lambda));
+            let away = [ends.0, ends.1].map(|lambda| self.distance(ray, lambda) - spread(lambda));
+            return away[0].min(away[1]) - self.approach(linear, &cap, reference);
         }
         let axis = linear.pose.axis.into_inner();
         let centre = linear.pose.at_height(self.pivot).coords;
@@ -153,21 +155,11 @@ impl Plane {
         lowest
     }
 
-    /// The same for a plane that keeps its direction: it goes as the axis point does at which its normal meets the axis.
-    fn lowest_on_cap(
-        &self,
-        ray: &NormalRay,
-        linear: &Linear,
-        cap: &Cap,
-        ends: (f64, f64),
-        reference: f64,
-        fan: Option<&Fan>,
-    ) -> f64 {
+    /// How much nearer a plane that keeps its direction comes over the stretch: it goes as the axis point does at which its
+    /// normal meets the axis.
+    fn approach(&self, linear: &Linear, cap: &Cap, reference: f64) -> f64 {
         let slope = self.normal.dot(&(linear.tip_rate + linear.axis_rate * cap.pivot));
-        let moved = (slope * linear.range.0).max(slope * linear.range.1) + linear.error_at(cap.pivot, reference);
-        let away =
-            |lambda: f64| self.distance(ray, lambda) - moved - fan.map_or(0.0, |fan| fan.spread(&self.normal, lambda));
-        away(ends.0).min(away(ends.1))
+        (slope * linear.range.0).max(slope * linear.range.1) + linear.error_at(cap.pivot, reference)
     }
 }
 

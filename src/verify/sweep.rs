@@ -88,7 +88,7 @@ impl<M: BlockMotion> Sweep<'_, M> {
 
 /// The indices of rays in the order of a curve that fills space (Morton 1966): neighbours in the order are neighbours in
 /// space, mostly.
-fn along_curve(rays: &[NormalRay]) -> Vec<usize> {
+pub(super) fn along_curve(rays: &[NormalRay]) -> Vec<usize> {
     const BITS: u32 = 16;
     let corner = |pick: fn(&Vector, &Vector) -> Vector| {
         rays.iter().map(|ray| ray.origin.coords).reduce(|a, b| pick(&a, &b)).unwrap_or_default()

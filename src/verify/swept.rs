@@ -22,6 +22,7 @@ use super::plane::{Plane, radial_direction};
 use super::ray::{Entry, LocalRay, NormalRay};
 use crate::geometry::Direction;
 use crate::motion::Pose;
+use std::rc::Rc;
 
 /// How far along a normal the tool is looked for, mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -81,7 +82,7 @@ pub(super) enum OpenStretch {
     /// A node of the motion's tree, by its index; the first is all of it.
     Node(u32),
     /// A part of one block.
-    Part(Box<Part>),
+    Part(Rc<Part>),
 }
 
 /// What one pose and its planes say of a stretch.
@@ -297,11 +298,11 @@ impl<'a, M: BlockMotion> SweptTool<'a, M> {
 
     /// Goes on showing, stretch by stretch, that no pose reaches any ray of a fan below `goal`. Returns the stretches that
     /// only a narrower fan can settle.
-    pub(super) fn not_clear_of(&self, fan: &Fan, goal: f64, open: Vec<OpenStretch>) -> Vec<OpenStretch> {
+    pub(super) fn not_clear_of(&self, fan: &Fan, goal: f64, open: &[OpenStretch]) -> Vec<OpenStretch> {
         let target = Target { ray: &fan.ray, fan: Some(fan), guide: None, goal };
         let clear = |linear: &Linear| matches!(self.judge(&target, linear), Verdict::Clear);
         let mut stuck = Vec::new();
-        let mut stack = open;
+        let mut stack = open.to_vec();
         while let Some(one) = stack.pop() {
             match one {
                 OpenStretch::Node(index) => {
@@ -310,7 +311,7 @@ impl<'a, M: BlockMotion> SweptTool<'a, M> {
                         continue;
                     }
                     match node.right {
-                        0 => stack.push(OpenStretch::Part(Box::new(Part::of(&node.stretch)))),
+                        0 => stack.push(OpenStretch::Part(Rc::new(Part::of(&node.stretch)))),
                         right => stack.extend([OpenStretch::Node(right), OpenStretch::Node(index + 1)]),
                     }
                 }
@@ -322,7 +323,7 @@ impl<'a, M: BlockMotion> SweptTool<'a, M> {
                     let halves =
                         clear(&part.stretch.linear.standing()).then(|| part.halves(self.motion, self.tree.reference));
                     match halves.flatten() {
-                        Some(halves) => stack.extend(halves.map(|half| OpenStretch::Part(Box::new(half)))),
+                        Some(halves) => stack.extend(halves.map(|half| OpenStretch::Part(Rc::new(half)))),
                         None => stuck.push(OpenStretch::Part(part)),
                     }
                 }

@@ -1,5 +1,6 @@
 //! How fast a program is verified: text to verdict, and the verdict alone, for a ball cutter in rows over a plane with a
-//! tilting axis. Run with `cargo bench --bench verify`; the large case by `-- --ignored million`.
+//! tilting axis. Run with `cargo bench --bench verify`; the large case by `-- --ignored million`, time
+//! against blocks and against points by `-- --ignored against`.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a benchmark fails by panicking")]
 
@@ -101,6 +102,26 @@ fn text_to_verdict(bencher: Bencher<'_, '_>) {
         let (program, motion) = case.motion();
         case.verify(&program, &motion)
     });
+}
+
+/// Sizes over which the time is followed, and what the other size stays at.
+const SIZES: [usize; 5] = [1_000, 4_000, 16_000, 64_000, 256_000];
+const FIXED: usize = 16_000;
+
+/// The verdict alone, for more and more blocks.
+#[divan::bench(args = SIZES, sample_count = 1, sample_size = 1, ignore)]
+fn against_blocks(bencher: Bencher<'_, '_>, blocks: usize) {
+    let case = Case::new(blocks, FIXED);
+    let (program, motion) = case.motion();
+    bencher.counter(ItemsCount::new(blocks)).bench_local(|| case.verify(&program, &motion));
+}
+
+/// The verdict alone, for more and more points.
+#[divan::bench(args = SIZES, sample_count = 1, sample_size = 1, ignore)]
+fn against_points(bencher: Bencher<'_, '_>, points: usize) {
+    let case = Case::new(FIXED, points);
+    let (program, motion) = case.motion();
+    bencher.counter(ItemsCount::new(points)).bench_local(|| case.verify(&program, &motion));
 }
 
 /// 1,000,000 blocks against 1,000,000 points, once; takes its time, so only when it is asked for.

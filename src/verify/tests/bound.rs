@@ -4,6 +4,7 @@ use super::fixtures::*;
 use super::region::plane;
 use crate::part::DesignSurface;
 use crate::tool::Tool;
+use crate::verify::ToleranceRecord;
 use crate::verify::body::Body;
 use crate::verify::bound::{Bounds, Region};
 use crate::verify::deviation::{Fineness, measure};
@@ -11,12 +12,22 @@ use crate::verify::sweep::Timeline;
 
 /// Bounds, and the sampled overcut and undercut; `change` is how much refinement between samples may overlook.
 fn bounds(tool: &Tool, motion: &Blocks, surface: &DesignSurface, change: f64) -> (Bounds, f64, f64) {
+    bounds_within(ToleranceRecord { overcut: 1.0, undercut: 1.0 }, tool, motion, surface, change)
+}
+
+fn bounds_within(
+    tolerance: ToleranceRecord,
+    tool: &Tool,
+    motion: &Blocks,
+    surface: &DesignSurface,
+    change: f64,
+) -> (Bounds, f64, f64) {
     let timeline = Timeline::new(motion, tool.flute_length());
     let body = Body::of(tool.flutes().iter());
     let sweep = timeline.sweep(&body, WINDOW, 1e-6);
     let part = measure(surface, &sweep, WINDOW, &Fineness { spacing: 1.0, change, border: 0.01 });
     let runs = runs(motion);
-    let found = Region { surface, sweep: &sweep, part: &part, runs: &runs }.bounds(1e-3);
+    let found = Region { surface, sweep: &sweep, part: &part, runs: &runs }.bounds(1e-3, tolerance);
     let depth = |m: Option<crate::verify::MeasuredSample>| m.and_then(|m| m.deviation()).unwrap_or(0.0);
     (found, -depth(part.worst_overcut), depth(part.worst_undercut))
 }
@@ -38,6 +49,17 @@ fn bounds_of_scallops_are_near_their_height() {
     let bound = found.undercut.unwrap();
     assert!(bound >= scallop && bound <= undercut + 1e-3, "{bound} {scallop}");
     assert!(found.overcut.is_some_and(|b| b <= 1e-3), "{found:?}");
+}
+
+/// What is within its tolerance by less than the resolution is proved to be.
+#[test]
+fn bounds_stay_within_a_tolerance_that_is_kept() {
+    let scallop = 4.0 - f64::sqrt(16.0 - 1.3 * 1.3 / 4.0);
+    let tolerance = ToleranceRecord { overcut: 3e-4, undercut: scallop + 4e-4 };
+    let plane = plane([-5.0, 5.0], [-4.0, 4.0]);
+    let (found, ..) = bounds_within(tolerance, &ball(8.0), &raster(1.3, 4), &plane, 1e-4);
+    assert!(found.undercut.is_some_and(|b| (scallop..=tolerance.undercut).contains(&b)), "{found:?} {scallop}");
+    assert!(found.overcut.is_some_and(|b| b <= tolerance.overcut), "{found:?}");
 }
 
 #[test]
