@@ -11,10 +11,10 @@ mod tool;
 mod tool_file;
 
 use crate::diagnostic::{Diagnostic, TomlText};
-use crate::geometry::{RigidMotion, Vector};
+use crate::geometry::{Degrees, RigidMotion, Vector};
 use crate::machine::{Body, Dialect};
 use crate::motion::FeedReference;
-use crate::part::{ReadOptions, Units};
+use crate::part::{ReadOptions, Triangles, Units};
 use crate::plan::{Method, Strategy, StrategyKind, TipSide};
 pub use catalogue::{CatalogueEntry, read_catalogue};
 use limits::Checks;
@@ -105,6 +105,10 @@ pub struct Output {
 
 /// Weight of fairness against accuracy that leaves the planner's own balance as it is.
 const NEUTRAL_FAIRNESS: f64 = 1e-6;
+
+/// Angle between neighbouring triangles from which on their edge is sharp where the job does not say, degrees: more than
+/// between facets of a round face, less than at the chamfers and edges of parts.
+const CREASE_DEG: f64 = 30.0;
 
 /// Share of the tighter tolerance that blocks may use up when the job does not say.
 const LINEARIZATION_SHARE: f64 = 0.1;
@@ -202,6 +206,7 @@ fn part(checks: &mut Checks<'_>, raw: raw::Part) -> PartSpec {
         Vector::from(placement.origin).into(),
         nalgebra::UnitQuaternion::from_euler_angles(rx, ry, rz),
     );
+    let triangles = triangles(checks, &file, raw.triangles, raw.crease_deg);
     let units = raw.units.map(|u| match u {
         raw::Units::Mm => Units::Millimetres,
         raw::Units::Inch => Units::Inches,
@@ -212,7 +217,28 @@ fn part(checks: &mut Checks<'_>, raw: raw::Part) -> PartSpec {
         check,
         overcut_tolerance: tolerance.overcut,
         undercut_tolerance: tolerance.undercut,
-        reading: ReadOptions { units, flip: raw.flip, placement },
+        reading: ReadOptions { units, flip: raw.flip, placement, triangles },
+    }
+}
+
+/// How the triangles of the part's files are meant. Flat ones are what a file says; what lies between their corners
+/// otherwise only who made it knows.
+fn triangles(checks: &mut Checks<'_>, file: &str, given: Option<raw::Triangles>, crease: Option<f64>) -> Triangles {
+    if let Some(crease) = crease {
+        checks.within("part.crease_deg", crease, &limits::CREASE);
+        if given != Some(raw::Triangles::Curved) {
+            let message = "flat triangles need no crease_deg";
+            checks.refuse("part.crease_deg", message, "add triangles = \"curved\", or leave crease_deg out");
+        }
+    }
+    let mesh = [".stl", ".obj"].iter().any(|kind| file.to_ascii_lowercase().ends_with(kind));
+    if given.is_some() && !file.is_empty() && !mesh {
+        let message = format!("{file} holds no triangles");
+        checks.refuse("part.triangles", message, "leave `triangles` out, or give an .stl or .obj file");
+    }
+    match given {
+        Some(raw::Triangles::Curved) => Triangles::Curved { crease: Degrees(crease.unwrap_or(CREASE_DEG)).into() },
+        Some(raw::Triangles::Flat) | None => Triangles::Flat,
     }
 }
 

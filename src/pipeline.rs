@@ -1,5 +1,6 @@
 //! The whole way from a job to a report, on bytes and text: no file is touched here. Uses everything but `cli`.
 
+mod body_views;
 mod check;
 mod diff;
 mod explain;

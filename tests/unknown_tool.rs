@@ -16,7 +16,7 @@ fn side(number: u8) -> OrientedSpline {
     let path = format!("{}/tests/data/cavity_c4_side{number}.json", env!("CARGO_MANIFEST_DIR"));
     match read(&std::fs::read(&path).unwrap(), &path, &ReadOptions::default()).unwrap() {
         DesignSurface::Spline(spline) => spline,
-        DesignSurface::Mesh(_) => panic!("{path} is a spline"),
+        DesignSurface::Mesh(_) | DesignSurface::Curved(_) => panic!("{path} is a spline"),
     }
 }
 

@@ -8,10 +8,18 @@ use crate::machine::{Body, Form, Machine, builtin};
 use crate::pipeline::{InputFile, Inputs, PartFiles};
 use std::path::Path;
 
-/// A machine with the text that it was read from.
+/// A machine with the text that it was read from, and the files of its bodies in the text's order.
 pub(super) struct MachineFile {
     pub(super) machine: Machine,
     pub(super) text: String,
+    bodies: Vec<Vec<u8>>,
+}
+
+impl MachineFile {
+    /// Everything that it was read from, for hashes.
+    pub(super) fn sources(&self) -> impl Iterator<Item = &[u8]> {
+        std::iter::once(self.text.as_bytes()).chain(self.bodies.iter().map(Vec::as_slice))
+    }
 }
 
 /// Reads a machine given by the name of one that comes along, or by a path that starts at `folder`.
@@ -22,14 +30,17 @@ pub(super) fn machine_file(given: &str, folder: &Path) -> Result<MachineFile> {
         let text = read_text(&path)?;
         let mut machine = Machine::read(&path.display().to_string(), &text)?;
         let files: Vec<(usize, String)> = machine.body_files().map(|(index, file)| (index, file.to_owned())).collect();
+        let mut bodies = Vec::with_capacity(files.len());
         for (index, file) in files {
             let beside = path.parent().unwrap_or(Path::new(""));
             let (name, bytes) = named_file(beside, &file).map_err(|e| named_by_body(&machine.bodies, index, *e))?;
             machine = machine.with_body_file(index, &name, &bytes)?;
+            bodies.push(bytes);
         }
-        return Ok(MachineFile { machine, text });
+        return Ok(MachineFile { machine, text, bodies });
     }
-    Ok(MachineFile { machine: Machine::named(given)?, text: builtin(given).unwrap_or_default().to_owned() })
+    let (machine, text) = (Machine::named(given)?, builtin(given).unwrap_or_default().to_owned());
+    Ok(MachineFile { machine, text, bodies: Vec::new() })
 }
 
 /// Reads a job and every file that it names, relative to its own folder. `machine` replaces the job's machine. Warnings
@@ -78,6 +89,9 @@ pub(super) fn job_inputs(path: &Path, machine: Option<&str>, terminal: &mut Term
     let body = body.as_ref().map(|(name, bytes)| InputFile { name, bytes });
     let files = PartFiles { surface: InputFile { name: &name, bytes: &bytes }, body, check: &check };
     let mut inputs = Inputs::read(job, &files, &machine.machine, &machine.text)?;
+    for bytes in machine.sources().skip(1) {
+        inputs = inputs.with_machine_source(bytes);
+    }
     if let Some((name, bytes)) = &stock {
         inputs = inputs.with_stock_file(InputFile { name, bytes })?;
     }

@@ -98,7 +98,7 @@ pub(super) fn run(arguments: &Arguments, terminal: &mut Terminal) -> Result<Outc
         machine: &found.machine,
         work_offset,
         number: arguments.number,
-        input_hash: &hash(&[text.as_bytes(), found.text.as_bytes()]),
+        input_hash: &hash(&std::iter::once(text.as_bytes()).chain(found.sources()).collect::<Vec<_>>()),
     })?;
     let mut outputs = Outputs::default();
     outputs.add(arguments.out.clone(), posted.text.as_str());

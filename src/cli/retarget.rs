@@ -93,7 +93,9 @@ pub(super) fn run(arguments: &Arguments, terminal: &mut Terminal) -> Result<Outc
         machine: &to.machine,
         work_offset,
         number: arguments.number,
-        input_hash: &hash(&[&bytes, from.text.as_bytes(), to.text.as_bytes()]),
+        input_hash: &hash(
+            &std::iter::once(bytes.as_slice()).chain(from.sources()).chain(to.sources()).collect::<Vec<_>>(),
+        ),
     };
     let retargeted = retarget(&request, &recovered, &goal)?;
     let mut outputs = Outputs::default();

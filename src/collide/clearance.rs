@@ -30,7 +30,8 @@ pub struct Approach {
     /// Where on the obstacle, part frame.
     pub point: Point,
     /// Clearance attained there and then, mm; below zero the point lies inside the tool, at least that deep. Guaranteed:
-    /// nowhere in the move is it smaller by more than the resolution, and 1 % of the depth where there is one.
+    /// nowhere in the move is it smaller by more than the resolution, and 1 % of the depth where there is one. Of a piece
+    /// that stays inside a closed obstacle it is the depth of one point at the start.
     pub clearance: f64,
 }
 
@@ -106,8 +107,13 @@ impl Clearance<'_> {
         for (section, piece, obstacle, body) in self.pairs(one.cutting) {
             let known = found.iter().position(|f| f.section == section && f.obstacle == obstacle);
             let ceiling = known.map_or(margin, |k| found[k].clearance);
-            let Some(look) = self.nearest_in_time(&one.sweep, piece, body, ceiling) else { continue };
-            let Look { share, point, attained: clearance, .. } = look;
+            let crossed = self.nearest_in_time(&one.sweep, piece, body, ceiling);
+            let (share, point, clearance) = match (crossed, swallowed(&one.sweep, piece, body)) {
+                (Some(look), None) => (look.share, look.point, look.attained),
+                (Some(look), _) if look.attained < 0.0 => (look.share, look.point, look.attained),
+                (_, Some((point, depth))) if -depth < ceiling => (0.0, point, -depth),
+                _ => continue,
+            };
             let approach = Approach { index, share, section, obstacle, point, clearance };
             match known {
                 Some(k) => found[k] = approach,
@@ -163,6 +169,11 @@ impl Clearance<'_> {
         let attained = piece.signed(&sweep.pose(share), &nearest.point).distance;
         Some(Look { interval, least: nearest.least, share, point: nearest.point, attained })
     }
+}
+
+/// Where and how deep a piece that crosses no skin during a sweep lies inside an obstacle.
+fn swallowed(sweep: &impl Sweep, piece: &Piece, body: &Obstacle) -> Option<(Point, f64)> {
+    body.depth_of(&sweep.pose(0.0).at_height(piece.low.height))
 }
 
 /// What is known of an interval.

@@ -6,8 +6,8 @@
 //! plane bounds how a motion can change it ([`Sweep`]). Branching over triangles and time with these bounds gives the
 //! smallest clearance with a guarantee: no pose is sampled and then trusted for its neighbours.
 //!
-//! What is seen is contact with surfaces, so a collision is found where the tool crosses one; a tool that stays inside
-//! a closed body for the whole motion crosses nothing.
+//! What is followed is contact with surfaces; what crosses none during a motion is inside a closed body all the time or
+//! never, which one instant tells. Open surfaces are skins without an inside.
 
 mod clearance;
 mod convex;

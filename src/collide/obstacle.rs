@@ -1,7 +1,7 @@
 //! Triangle meshes that a tool must stay clear of, and the nearest triangle to a moving piece of the tool.
 
 use super::sweep::{Bound, MovingPiece};
-use crate::geometry::{Point, Vector};
+use crate::geometry::{Point, TriangleMesh, Vector};
 use parry3d_f64::bounding_volume::Aabb;
 use parry3d_f64::partitioning::{Bvh, BvhBuildStrategy, BvhLeafCost, BvhNode};
 
@@ -14,12 +14,13 @@ pub enum Role {
     Avoid,
 }
 
-/// A surface as triangles, part frame, mm. Which way its triangles turn does not matter.
+/// A surface as triangles, part frame, mm. Which way its triangles turn does not matter, but where it has an inside.
 pub struct Obstacle {
     name: String,
     role: Role,
     triangles: Vec<[Point; 3]>,
     tree: Bvh,
+    inside: Option<Box<TriangleMesh>>,
 }
 
 /// Why a mesh cannot be an obstacle.
@@ -76,7 +77,25 @@ impl Obstacle {
         let triangles = corners.collect::<Result<Vec<_>, _>>()?;
         let boxes: Vec<Aabb> = triangles.iter().map(|t| Aabb::from_points(t.iter().map(|p| p.coords.into()))).collect();
         let tree = Bvh::from_leaves(BvhBuildStrategy::Binned, &boxes);
-        Ok(Self { name: name.into(), role, triangles, tree })
+        Ok(Self { name: name.into(), role, triangles, tree, inside: None })
+    }
+
+    /// The same with the inside of a mesh whose skin it is or comes near to; an open mesh has none.
+    #[must_use]
+    pub fn with_inside(self, mesh: &TriangleMesh) -> Self {
+        let inside = mesh.topology().is_closed().then(|| Box::new(mesh.clone()));
+        Self { inside, ..self }
+    }
+
+    /// The nearest point of the skin and how deep below it a point lies, mm; `None` outside.
+    pub(super) fn depth_of(&self, p: &Point) -> Option<(Point, f64)> {
+        let mesh = self.inside.as_ref()?;
+        let bounds = self.tree.root_aabb();
+        if !bounds.contains_local_point(p.coords.into()) {
+            return None;
+        }
+        let foot = mesh.closest(p);
+        (foot.signed_distance < 0.0).then_some((foot.point, -foot.signed_distance))
     }
 
     /// Its name.

@@ -4,10 +4,13 @@
 //! they overlap. In a stretch of the motion every point of the moving piece stays near the chord between its places at
 //! both ends, so the smaller gap of the two ends, less how far points leave their chords, holds in all of the stretch.
 //! Branching over time and over the pieces of both bodies with these bounds gives the smallest distance with a guarantee.
+//!
+//! A closed mesh is its skin in this, and its inside: what meets no skin during a motion is inside all the time or never,
+//! so one instant tells.
 
 use super::convex::{Convex, separation};
 use super::solid::{Piece, ToolSolid};
-use crate::geometry::{Aabb, Point, RigidMotion, Vector};
+use crate::geometry::{Aabb, Point, RigidMotion, TriangleMesh, Vector};
 use crate::tool::Section;
 use crate::tool::meridian::at;
 
@@ -25,6 +28,10 @@ pub trait RigidSweep {
 pub struct Rigid {
     /// The first node is the root; of a node with children the first follows it.
     nodes: Vec<Node>,
+    /// A point of each of its pieces that hang together.
+    anchors: Vec<Point>,
+    /// The closed mesh that the nodes are the skin of.
+    solid: Option<Box<TriangleMesh>>,
 }
 
 #[derive(Clone, Debug)]
@@ -43,7 +50,7 @@ pub struct Nearing {
     pub share: f64,
     /// Distance there and then, mm, negative where the bodies overlap: then the length of the shortest way that would
     /// part the pieces that overlap most. Guaranteed: nowhere in the motion is it smaller by more than the resolution, and
-    /// a thousandth of a depth.
+    /// a thousandth of a depth. Of a body that stays inside a closed mesh it is the depth of one point at the start.
     pub distance: f64,
 }
 
@@ -67,9 +74,25 @@ impl Rigid {
         Some(Self::of(vec![Convex::Round { foot: base, axis, piece }]))
     }
 
-    /// The surface of a mesh.
+    /// The surface of a mesh, in one piece.
     pub fn mesh(triangles: &[[Point; 3]]) -> Self {
         Self::of(triangles.iter().map(|corners| Convex::Triangle(*corners)).collect())
+    }
+
+    /// What a mesh bounds with its triangles outward; of an open one only the surface.
+    pub fn solid(mesh: TriangleMesh) -> Self {
+        let faces = 0..mesh.triangles().len();
+        let skin = Self::of(faces.map(|face| Convex::Triangle(mesh.corners(face))).collect());
+        let anchors = mesh.topology().first_of_components().into_iter().map(|face| mesh.corners(face)[0]).collect();
+        let solid = mesh.topology().is_closed().then(|| Box::new(mesh));
+        Self { anchors, solid, ..skin }
+    }
+
+    /// The same with the inside of a closed mesh whose skin it follows, as far as that is known.
+    #[must_use]
+    pub fn with_inside(self, mesh: &TriangleMesh) -> Self {
+        let solid = mesh.topology().is_closed().then(|| Box::new(mesh.clone()));
+        Self { solid, ..self }
     }
 
     /// One section of a tool whose tip stands at `tip`; `None` where the tool has none.
@@ -80,7 +103,8 @@ impl Rigid {
     }
 
     fn of(pieces: Vec<Convex>) -> Self {
-        let mut rigid = Self { nodes: Vec::with_capacity(2 * pieces.len()) };
+        let anchors = pieces.first().map(|piece| piece.support(&Vector::x())).into_iter().collect();
+        let mut rigid = Self { nodes: Vec::with_capacity(2 * pieces.len()), anchors, solid: None };
         let mut boxed: Vec<(Aabb, Convex)> = pieces.into_iter().map(|piece| (piece.bounds(), piece)).collect();
         rigid.grow(&mut boxed);
         rigid
@@ -113,6 +137,24 @@ impl Rigid {
         let bounds = self.nodes.first()?.form.bounds();
         Some((bounds.centre(), 0.5 * bounds.diagonal()))
     }
+
+    /// How deep a point lies inside its closed mesh, mm; `None` outside, or without one.
+    fn depth_of(&self, p: &Point) -> Option<f64> {
+        let (mesh, root) = (self.solid.as_ref()?, self.nodes.first()?);
+        // Most points are far from most bodies.
+        if root.form.bounds().distance_squared(p) > 0.0 {
+            return None;
+        }
+        let distance = mesh.closest(p).signed_distance;
+        (distance < 0.0).then_some(-distance)
+    }
+}
+
+/// How deep a piece of one body lies inside the other, where neither meets the other's skin, mm.
+fn swallowed(motion: &RigidMotion, moving: &Rigid, fixed: &Rigid) -> Option<f64> {
+    let of_moving = moving.anchors.iter().filter_map(|anchor| fixed.depth_of(&(motion * anchor)));
+    let of_fixed = fixed.anchors.iter().filter_map(|anchor| moving.depth_of(&motion.inverse_transform_point(anchor)));
+    of_moving.chain(of_fixed).reduce(f64::max)
 }
 
 /// The smallest distance of a moving body from another, if it is below `margin` mm. `hint` is a unit vector that parted
@@ -131,7 +173,12 @@ pub fn nearing(
         return None;
     }
     let search = Search { sweep, moving, fixed, resolution, acceleration };
-    search.run(whole, margin, hint)
+    let found = search.run(whole, margin, hint);
+    if found.is_some_and(|near| near.distance < 0.0) {
+        return found;
+    }
+    let inside = swallowed(&whole.ends[0], moving, fixed);
+    inside.map(|depth| Nearing { share: 0.0, distance: -depth }).or(found)
 }
 
 struct Search<'a, S> {

@@ -101,6 +101,43 @@ fn meshes_are_followed_like_the_solids_that_they_bound() {
     assert_eq!(found(&screw([0.0; 3], [0.0; 3], [0.0; 3]), (&Rigid::mesh(&[]), &solid), 1e3), None);
 }
 
+/// A closed box as a mesh, turned inside out where `hollow`.
+fn shell(low: [f64; 3], high: [f64; 3], hollow: bool, first: u32) -> (Vec<Point>, Vec<[u32; 3]>) {
+    let corner = |k: u8| Point::from([0, 1, 2].map(|i| if k >> i & 1 == 0 { low[i] } else { high[i] }));
+    let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    let triangles = quads.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]);
+    let turned = |[a, b, c]: [u32; 3]| if hollow { [a, c, b] } else { [a, b, c] };
+    ((0..8).map(corner).collect(), triangles.map(|t| turned(t).map(|k| k + first)).collect())
+}
+
+#[test]
+fn a_body_wholly_inside_a_closed_mesh_is_seen_and_one_in_its_cavity_is_not() {
+    let (mut points, mut triangles) = shell([-50.0; 3], [50.0; 3], false, 0);
+    let block = Rigid::solid(TriangleMesh::new(points.clone(), triangles.clone()).unwrap());
+    let inside = screw([-5.0, 0.0, 0.0], [10.0, 0.0, 0.0], [0.0, 0.2, 0.0]);
+    let probe = rod(2.0, 10.0);
+    let near = found(&inside, (&probe, &block), 1.0).unwrap();
+    // A point of the rod lies 40 to 50 mm below the skin.
+    assert!((-50.0..-35.0).contains(&near.distance) && near.share == 0.0, "{near:?}");
+    // The other way round, too: the block moves over the rod.
+    let near = found(&screw([1.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0; 3]), (&block, &probe), 1.0).unwrap();
+    assert!(near.distance < -35.0, "{near:?}");
+    // Near the skin from inside it is a collision and no near miss; beside the block it is nothing.
+    let close = found(&screw([47.5, 0.0, 0.0], [0.0; 3], [0.0; 3]), (&probe, &block), 1.0).unwrap();
+    assert!(close.distance < 0.0, "{close:?}");
+    assert_eq!(found(&screw([60.0, 0.0, 0.0], [0.0; 3], [0.0; 3]), (&probe, &block), 1.0), None);
+    // A cavity around the way is outside; an open mesh is its skin alone.
+    let (hollow, inner) = shell([-40.0; 3], [40.0; 3], true, 8);
+    points.extend(hollow);
+    triangles.extend(inner);
+    let cavity = Rigid::solid(TriangleMesh::new(points.clone(), triangles.clone()).unwrap());
+    assert_eq!(found(&inside, (&probe, &cavity), 1.0), None);
+    assert_eq!(cavity.anchors.len(), 2);
+    triangles.truncate(11);
+    let open = Rigid::solid(TriangleMesh::new(points, triangles).unwrap());
+    assert_eq!(found(&inside, (&probe, &open), 1.0), None);
+}
+
 /// The nearest points of a box and a cylinder, by going to and fro between them: an independent measure.
 fn apart(
     motion: &RigidMotion,

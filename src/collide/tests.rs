@@ -1,7 +1,7 @@
 //! Clearances of moving tools against closed forms and against many samples.
 
 use super::*;
-use crate::geometry::{Direction, Point, Vector};
+use crate::geometry::{Direction, Point, TriangleMesh, Vector};
 use crate::motion::Pose;
 use crate::tool::meridian::at;
 use crate::tool::{CutterShape, Fixture, Section, Tool};
@@ -147,6 +147,36 @@ fn a_tool_gliding_along_a_wall_needs_few_looks() {
     assert_eq!(found.len(), 1);
     assert_near(found[0].clearance, 0.5);
     assert!(moves[0].sweep.1.load(std::sync::atomic::Ordering::Relaxed) < 30);
+}
+
+/// A closed box as an obstacle, with or without an inside.
+fn block(half: f64, inside: bool) -> Obstacle {
+    let corner = |k: u8| Point::from([0, 1, 2].map(|i| if k >> i & 1 == 0 { -half } else { half }));
+    let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    let triangles: Vec<[u32; 3]> = quads.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]).collect();
+    let corners: Vec<Point> = (0..8).map(corner).collect();
+    let skin = Obstacle::new("block", Role::Avoid, &corners, &triangles).unwrap();
+    let mesh = TriangleMesh::new(corners, triangles).unwrap();
+    if inside { skin.with_inside(&mesh) } else { skin }
+}
+
+#[test]
+fn a_tool_wholly_inside_a_closed_obstacle_is_deep_in_it() {
+    let rapid = Move {
+        sweep: Leg { from: pose([0.0, 0.0, -40.0], [0.0, 0.0, 1.0]), to: pose([9.0, 0.0, -40.0], [0.0, 0.0, 1.0]) },
+        cutting: false,
+    };
+    let found = below(&[block(200.0, true)], &[rapid], -0.01);
+    let sections: Vec<_> = found.iter().map(|f| f.section).collect();
+    assert_eq!(sections, [Section::Flute, Section::Shank, Section::Holder]);
+    assert!((found[0].clearance + 160.0).abs() < 1e-9 && found[0].share == 0.0, "{found:?}");
+    assert!(below(&[block(200.0, false)], &[rapid], -0.01).is_empty());
+    // Outside it the inside changes nothing, and where the skin is crossed its depth counts as before.
+    let beside = still(pose([215.0, 0.0, 0.0], [0.0, 0.0, 1.0]));
+    let touching = still(pose([203.0, 0.0, 0.0], [0.0, 0.0, 1.0]));
+    for moves in [[beside], [touching]] {
+        assert_eq!(below(&[block(200.0, true)], &moves, 0.0), below(&[block(200.0, false)], &moves, 0.0));
+    }
 }
 
 #[test]

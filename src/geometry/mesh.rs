@@ -15,7 +15,14 @@ pub struct TriangleMesh {
     vertex_normals: Vec<Direction>,
     topology: MeshTopology,
     tree: Bvh,
-    scale: f64,
+    pub(super) scale: f64,
+}
+
+/// Meshes are the same where their vertices and triangles are.
+impl PartialEq for TriangleMesh {
+    fn eq(&self, other: &Self) -> bool {
+        self.vertices == other.vertices && self.triangles == other.triangles
+    }
 }
 
 /// The part of a triangle on which a closest point lies; corners and edges are counted inside the triangle, edge k runs
@@ -284,15 +291,15 @@ fn face_normals(vertices: &[Point], triangles: &[[u32; 3]]) -> Result<Vec<Direct
 }
 
 /// The closest point of one triangle.
-struct OnTriangle {
-    point: Point,
-    barycentric: [f64; 3],
+pub(super) struct OnTriangle {
+    pub(super) point: Point,
+    pub(super) barycentric: [f64; 3],
     feature: MeshFeature,
 }
 
 impl OnTriangle {
     /// By the region of the plane in which the projection lies. Source: Ericson, Real-Time Collision Detection, 5.1.5.
-    fn nearest(corners: &[Point; 3], p: &Point) -> Self {
+    pub(super) fn nearest(corners: &[Point; 3], p: &Point) -> Self {
         let [a, b, c] = *corners;
         let (ab, ac) = (b - a, c - a);
         let corner = |k: usize| {

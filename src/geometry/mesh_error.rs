@@ -2,6 +2,17 @@
 
 use super::Point;
 
+impl MeshError {
+    /// The triangle that is to blame, where it is one.
+    pub fn triangle(&self) -> Option<usize> {
+        match self {
+            Self::Index { triangle, .. } | Self::Degenerate { triangle, .. } => Some(*triangle),
+            Self::Orientation { second, .. } => Some(*second),
+            Self::Empty | Self::NotFinite { .. } | Self::NonManifold { .. } | Self::Folded { .. } => None,
+        }
+    }
+}
+
 /// Why a mesh is refused. Triangles and vertices are counted from 0.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum MeshError {

@@ -94,6 +94,11 @@ impl MeshTopology {
         self.components.iter().max().map_or(0, |last| *last as usize + 1)
     }
 
+    /// The first triangle of each connected component.
+    pub fn first_of_components(&self) -> Vec<usize> {
+        (0..self.component_count() as u32).filter_map(|c| self.components.iter().position(|own| *own == c)).collect()
+    }
+
     /// Vertices - edges + triangles: 1 for a disc, 2 for a sphere.
     pub fn euler_characteristic(&self) -> isize {
         self.vertices as isize - self.edges as isize + self.neighbours.len() as isize

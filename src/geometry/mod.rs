@@ -2,9 +2,13 @@
 //! nothing of the crate but `diagnostic`.
 
 pub mod angle;
+pub mod bezier_triangle;
 pub mod bvh;
+pub mod corner_normals;
 pub mod curvature;
 pub mod curve;
+pub mod curved_mesh;
+pub mod curved_place;
 pub mod derivative_bounds;
 pub mod extend;
 pub mod interpolate;
@@ -19,9 +23,13 @@ pub mod surface_fit;
 pub mod surface_foot;
 
 pub use angle::{Degrees, Radians};
+pub use bezier_triangle::Barycentric;
 pub use bvh::{Aabb, Bvh};
+pub use corner_normals::CornerNormals;
 pub use curvature::{Curvature, PrincipalCurvatures};
 pub use curve::SplineCurve;
+pub use curved_mesh::{CurvedMesh, CurvedMeshError};
+pub use curved_place::PatchBounds;
 pub use derivative_bounds::{DerivativeBounds, DerivativeTable};
 pub use interpolate::{GridError, interpolate_grid};
 pub use knots::{KnotError, Knots};

@@ -23,6 +23,8 @@ pub(super) const COEFFICIENTS: Limit = Limit { low: 4.0, high: 64.0, low_allowed
 pub(super) const COORDINATE: Limit = Limit { low: -100_000.0, high: 100_000.0, low_allowed: true, unit: "mm" };
 /// A rotation of the part, degrees.
 pub(super) const ANGLE: Limit = Limit { low: -360.0, high: 360.0, low_allowed: true, unit: "degrees" };
+/// Angle between neighbouring triangles from which on their edge is sharp, degrees.
+pub(super) const CREASE: Limit = Limit { low: 0.0, high: 90.0, low_allowed: false, unit: "degrees" };
 /// The part's tolerance, mm. Zero is allowed: then any overcut at all fails.
 pub(super) const TOLERANCE: Limit = Limit { low: 0.0, high: 10.0, low_allowed: true, unit: "mm" };
 /// Deviation between blocks, mm; below it a control's own resolution decides.

@@ -71,6 +71,15 @@ pub(super) struct Part {
     pub(super) check: Vec<String>,
     pub(super) tolerance: Tolerance,
     pub(super) placement: Option<Placement>,
+    pub(super) triangles: Option<Triangles>,
+    pub(super) crease_deg: Option<f64>,
+}
+
+#[derive(Clone, Copy, Deserialize, PartialEq)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum Triangles {
+    Flat,
+    Curved,
 }
 
 #[derive(Deserialize)]

@@ -132,6 +132,32 @@ fn impossible_tools_point_to_the_size_to_blame() {
 }
 
 #[test]
+fn triangles_are_curved_where_the_job_says_so() {
+    let read = |keys: &str| {
+        let text = GOOD.replace("file = \"blade.json\"", &format!("file = \"blade.STL\"\n{keys}"));
+        Job::read(&text, "job.toml").unwrap().part.reading.triangles
+    };
+    assert_eq!(read(""), Triangles::Flat);
+    assert_eq!(read("triangles = \"flat\""), Triangles::Flat);
+    assert_eq!(read("triangles = \"curved\""), Triangles::Curved { crease: Degrees(30.0).into() });
+    assert_eq!(read("triangles = \"curved\"\ncrease_deg = 12"), Triangles::Curved { crease: Degrees(12.0).into() });
+    let part = "file = \"blade.json\"";
+    for (keys, words, place) in [
+        ("file = \"blade.json\"\ntriangles = \"curved\"", "blade.json holds no triangles", "job.toml:7:13"),
+        ("file = \"blade.obj\"\ncrease_deg = 20", "flat triangles need no crease_deg", "job.toml:7:14"),
+        (
+            "file = \"blade.obj\"\ntriangles = \"curved\"\ncrease_deg = 0",
+            "crease_deg = 0 is out of range",
+            "job.toml:8:14",
+        ),
+        ("file = \"blade.obj\"\ntriangles = \"round\"", "round", "job.toml:7:"),
+    ] {
+        let said = after(part, keys);
+        assert!(said.contains(words) && said.contains(place), "{said}");
+    }
+}
+
+#[test]
 fn negative_and_absurd_sizes_name_the_limits() {
     for (from, to, key) in [
         ("tip_diameter = 6.0", "tip_diameter = -6.0", "tool.tip_diameter = -6"),

@@ -3,8 +3,9 @@
 
 use crate::collide::Rigid;
 use crate::diagnostic::{Diagnostic, Result};
-use crate::geometry::{Direction, Point, Vector};
+use crate::geometry::{Direction, Point, RigidMotion, TriangleMesh, Vector};
 use crate::part::{DesignSurface, ReadOptions, read, require_closed};
+use nalgebra::UnitQuaternion;
 
 /// Nearness that is told where a body does not say, mm.
 pub const NEAR_MISS: f64 = 2.0;
@@ -47,8 +48,8 @@ pub enum Form {
     },
     /// File of a closed mesh that has not been read yet.
     File(String),
-    /// The surface of a closed mesh.
-    Mesh(Vec<[Point; 3]>),
+    /// What a closed mesh bounds.
+    Mesh(TriangleMesh),
 }
 
 /// A body. Those of a machine are given in the machine frame with every axis at zero, fixtures in the part frame.
@@ -82,8 +83,7 @@ impl Body {
         let DesignSurface::Mesh(mesh) = surface else {
             return Err(Diagnostic::error("a body is a closed mesh").in_file(name).help("give an .stl file"));
         };
-        let form = Form::Mesh((0..mesh.triangles().len()).map(|face| mesh.corners(face)).collect());
-        Ok(Self { form, ..self })
+        Ok(Self { form: Form::Mesh(mesh), ..self })
     }
 
     /// A complaint about it, at its place.
@@ -99,9 +99,8 @@ impl Body {
                 let rigid = Rigid::cylinder(base + shift, axis.into_inner(), *radius, *length);
                 rigid.ok_or_else(|| self.blame(format!("{} has no length", self.name)).help("write a length above 0"))
             }
-            Form::Mesh(triangles) => {
-                let moved: Vec<_> = triangles.iter().map(|corners| corners.map(|corner| corner + shift)).collect();
-                Ok(Rigid::mesh(&moved))
+            Form::Mesh(mesh) => {
+                Ok(Rigid::solid(mesh.transformed(&RigidMotion::from_parts(shift.into(), UnitQuaternion::identity()))))
             }
             Form::File(file) => {
                 let message = format!("the file {file} of {} has not been read", self.name);

@@ -34,10 +34,9 @@ proptest! {
     fn spindle_and_table_agree_with_the_tip(index in 0..BUILTIN.len(), on in carriers(), axes in axes()) {
         let setup = setup(index, on);
         let axes = standing(&setup, axes);
-        let [table, spindle] = [Link::Table, Link::Spindle].map(|link| Place::of(setup.machine(), link));
-        let motion = setup.placed(&table, &axes).inverse() * setup.placed(&spindle, &axes);
+        let motion = setup.seen_from_part(Link::Spindle, &axes);
         let pose = setup.forward(&axes);
-        let tip = motion * Point::from(setup.tip_at_zero()) - Vector::from(setup.work_offset());
+        let tip = motion * Point::from(setup.tip_at_zero());
         prop_assert!((tip - pose.tip).norm() < 1e-9);
         prop_assert!((motion * setup.machine().spindle.axis.into_inner() - pose.axis.into_inner()).norm() < 1e-12);
     }

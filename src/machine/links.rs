@@ -197,6 +197,14 @@ impl Setup {
         turns.fold(RigidMotion::from_parts(carried, UnitQuaternion::identity()), |sum, turn| sum * turn)
     }
 
+    /// Takes what moves with a link, given in the machine frame with every axis at zero, to where the axes bring it in the
+    /// part frame.
+    pub fn seen_from_part(&self, link: Link, axes: &AxisPosition) -> RigidMotion {
+        let [table, own] = [Link::Table, link].map(|link| self.placed(&Place::of(self.machine(), link), axes));
+        let zero = nalgebra::Translation3::from(Vector::from(self.work_offset()));
+        zero.inverse() * table.inverse() * own
+    }
+
     /// Bound on the second derivative, by the share, of the place of any point of a ball on one link, as seen from
     /// another.
     pub(super) fn acceleration(

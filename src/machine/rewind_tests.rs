@@ -280,7 +280,7 @@ fn a_way_out_that_is_blocked_goes_farther() {
         let at = middle.at_height(40.0);
         let (low, high) = (at - Vector::repeat(6.0), at + Vector::repeat(6.0));
         let clamp = Scene::new(&setup).unwrap().with_fixtures(&[fixture("clamp", low, high)]).unwrap();
-        let hub = Scene::new(&setup).unwrap().with_finished("finished part", &skin(low, high));
+        let hub = Scene::new(&setup).unwrap().with_finished("finished part", &skin(low, high), None);
         let (mut machine, zero) = (setup.machine().clone(), Vector::from(setup.work_offset()));
         machine.bodies = vec![fixture("table", low + zero, high + zero)];
         let table = Scene::new(&Setup::new(&machine, "G54", 100.0).unwrap()).unwrap();
@@ -305,7 +305,7 @@ fn the_tool_may_touch_the_finished_part_where_it_leaves_its_flank() {
     // A plate that the tool stands in where it cuts, 0.3 mm deep, and has left once it is off the flank.
     let pose = plain.moves[aside.start - 1].pose;
     let (low, high) = (pose.tip - Vector::new(8.0, 8.0, 3.0), pose.tip + Vector::new(8.0, 8.0, 0.3));
-    let scene = Scene::new(&setup).unwrap().with_finished("finished part", &skin(low, high)).with_tool_axis();
+    let scene = Scene::new(&setup).unwrap().with_finished("finished part", &skin(low, high), None).with_tool_axis();
     let options = LinearizeOptions { scene: Some(&scene), ..LinearizeOptions::default() };
     assert!(collides(&scene, &setup, &plain));
     assert_eq!(linearize(&path, &setup, true, &options).unwrap().moves, plain.moves);

@@ -11,8 +11,9 @@ use super::links::{AxisCourse, LinkSweep, Place};
 use super::setup::Setup;
 use crate::collide::{Rigid, ToolSolid, nearing};
 use crate::diagnostic::Result;
-use crate::geometry::{Aabb, Point, RigidMotion, Vector};
+use crate::geometry::{Aabb, Point, RigidMotion, TriangleMesh, Vector};
 use crate::tool::{Section, Tool};
+use nalgebra::UnitQuaternion;
 
 /// How exactly distances are followed, mm.
 const RESOLUTION: f64 = 5e-4;
@@ -147,9 +148,16 @@ impl Scene {
     }
 
     /// The same with a surface of the finished part as triangles, part frame, for ways on which the tool does not cut.
+    /// `whole` is the mesh that they follow; a closed one has an inside.
     #[must_use]
-    pub fn with_finished(mut self, name: &str, triangles: &[[Point; 3]]) -> Self {
-        self.add(Kind::Finished, name, Link::Table, NEAR_MISS, Some(self.on_table(triangles)));
+    pub fn with_finished(mut self, name: &str, triangles: &[[Point; 3]], whole: Option<&TriangleMesh>) -> Self {
+        let zero = RigidMotion::from_parts(Vector::from(self.setup.work_offset()).into(), UnitQuaternion::identity());
+        let skin = self.on_table(triangles);
+        let rigid = match whole {
+            Some(mesh) => skin.with_inside(&mesh.transformed(&zero)),
+            None => skin,
+        };
+        self.add(Kind::Finished, name, Link::Table, NEAR_MISS, Some(rigid));
         self.pair();
         self
     }

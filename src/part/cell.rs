@@ -2,8 +2,9 @@
 //! far its normal turns. Uses `geometry`.
 
 use super::design_surface::DesignSurface;
+use super::mesh_sampling;
 use super::sample::{SurfacePlace, SurfaceSample};
-use crate::geometry::{DerivativeTable, Point, Vector};
+use crate::geometry::{CurvedMesh, DerivativeTable, Point, Vector};
 
 /// A triangle of the surface. For every point x of it there are weights with which the mean of the corners is within
 /// `bulge` of x, and the normal at x is within `turn` of `normal`.
@@ -33,7 +34,7 @@ impl<'a> Cells<'a> {
     pub fn new(surface: &'a DesignSurface) -> Self {
         let table = match surface {
             DesignSurface::Spline(spline) => Some(DerivativeTable::new(spline.surface())),
-            DesignSurface::Mesh(_) => None,
+            DesignSurface::Mesh(_) | DesignSurface::Curved(_) => None,
         };
         Self { surface, table }
     }
@@ -45,6 +46,8 @@ impl<'a> Cells<'a> {
         let middle = self.surface.between([a, b, c], [third; 3]);
         let centre = Point::from((a.point.coords + b.point.coords + c.point.coords) / 3.0);
         let normal = middle.normal.0.into_inner();
+        // Normals that lie in the cap about the middle one that holds those of the corners.
+        let cap = || corners.iter().map(|s| (s.normal.0.into_inner() - normal).norm()).fold(0.0, f64::max);
         let (bulge, turn) = match (&self.table, self.surface) {
             (Some(table), DesignSurface::Spline(spline)) => {
                 let cross = |u: f64, v: f64| {
@@ -53,9 +56,12 @@ impl<'a> Cells<'a> {
                 };
                 spline_bounds(table, &corners, &middle, cross)
             }
-            // A mesh is flat between its edges, its normals are means of those of the corners: they lie in the cap
-            // about the middle that holds the corners'.
-            _ => (0.0, corners.iter().map(|s| (s.normal.0.into_inner() - normal).norm()).fold(0.0, f64::max)),
+            (_, DesignSurface::Curved(mesh)) => {
+                let (bulge, turn) = curved_bounds(mesh, &corners, &normal);
+                (bulge, turn.max(cap()))
+            }
+            // A mesh is flat between its edges, its normals are means of those of the corners.
+            _ => (0.0, cap()),
         };
         Cell { corners, centre, normal, bulge, turn }
     }
@@ -74,6 +80,15 @@ impl Cell {
     pub fn radius(&self) -> f64 {
         self.corners.iter().map(|s| (s.point - self.centre).norm()).fold(0.0, f64::max)
     }
+}
+
+/// Bulge and turn of a cell of a curved mesh. A corner that was drawn in over an edge lies on the neighbour's patch, and
+/// beside this one by what is added.
+fn curved_bounds(mesh: &CurvedMesh, corners: &[SurfaceSample; 3], normal: &Vector) -> (f64, f64) {
+    let (face, places) = mesh.together(corners.each_ref().map(|corner| mesh_sampling::place_on(mesh, corner)));
+    let beside = corners.iter().zip(&places).map(|(corner, w)| (corner.point - mesh.point(face, w)).norm());
+    let bounds = mesh.part_bounds(face, &places, normal);
+    (bounds.bulge + beside.fold(0.0, f64::max), bounds.turn)
 }
 
 /// Bulge and turn of a cell of a spline.
@@ -117,7 +132,7 @@ fn spline_bounds(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::SplineSurface;
+    use crate::geometry::{CurvedMesh, Radians, SplineSurface, TriangleMesh};
     use crate::part::OrientedSpline;
     use proptest::prelude::*;
 
@@ -141,6 +156,43 @@ mod tests {
             let cells = Cells::new(&surface);
             let corners = grid.triangles[pick % grid.triangles.len()].map(|v| grid.samples[v as usize]);
             let mut cell = cells.cell(corners);
+            for k in 0..times {
+                cell = cells.quarters(&cell)[(pick >> k) & 3];
+            }
+            let (a, b) = if a + b > 1.0 { (1.0 - a, 1.0 - b) } else { (a, b) };
+            let weights = [1.0 - a - b, a, b];
+            let [p, q, r] = &cell.corners;
+            let exact = surface.between([p, q, r], weights);
+            let flat = p.point.coords * weights[0] + q.point.coords * weights[1] + r.point.coords * weights[2];
+            prop_assert!((exact.point.coords - flat).norm() <= cell.bulge + 1e-12);
+            prop_assert!((exact.normal.0.into_inner() - cell.normal).norm() <= cell.turn + 1e-12);
+        }
+    }
+
+    fn curved(values: &[f64]) -> DesignSurface {
+        let points = (0..25).map(|k| Point::new(f64::from(k / 5), f64::from(k % 5), 0.12 * values[k as usize]));
+        let quads = (0..16).map(|k| 5 * (k / 4) + k % 4);
+        let triangles = quads.flat_map(|a| [[a, a + 5, a + 6], [a, a + 6, a + 1]]).collect();
+        let mesh = TriangleMesh::new(points.collect(), triangles).unwrap();
+        DesignSurface::Curved(CurvedMesh::with_creases(mesh, Radians(0.9)).unwrap())
+    }
+
+    proptest! {
+        #[test]
+        fn no_point_of_a_curved_cell_is_beyond_its_bounds(
+            values in prop::collection::vec(-1.0..1.0f64, 25), pick in 0..10_000usize, times in 0..4usize,
+            (a, b) in (0.0..1.0f64, 0.0..1.0f64), drawn: bool,
+        ) {
+            let surface = curved(&values);
+            let mut grid = surface.sample(0.7);
+            if drawn {
+                // A corner drawn over an edge into a neighbouring triangle, as at the edge of a region.
+                let triangle = grid.triangles[(pick + 1) % grid.triangles.len()];
+                let corners = triangle.map(|v| &grid.samples[v as usize]);
+                grid.samples[triangle[0] as usize] = surface.between(corners, [0.98, 0.01, 0.01]);
+            }
+            let cells = Cells::new(&surface);
+            let mut cell = cells.cell(grid.triangles[pick % grid.triangles.len()].map(|v| grid.samples[v as usize]));
             for k in 0..times {
                 cell = cells.quarters(&cell)[(pick >> k) & 3];
             }

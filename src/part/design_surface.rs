@@ -1,11 +1,11 @@
-//! The oriented surface that is to be milled, spline or mesh, behind one set of questions.
+//! The oriented surface that is to be milled, spline, mesh or curved mesh, behind one set of questions.
 
 use super::fit;
 use super::mesh_sampling;
 use super::oriented_spline::OrientedSpline;
 use super::sample::{Foot, OutwardNormal, SampleGrid, SurfacePlace, SurfaceSample};
 use crate::diagnostic::Result;
-use crate::geometry::{Aabb, Point, RigidMotion, TriangleMesh};
+use crate::geometry::{Aabb, CurvedMesh, Direction, MeshFoot, Point, RigidMotion, TriangleMesh};
 use std::borrow::Cow;
 
 /// The design surface, part frame, mm.
@@ -15,6 +15,8 @@ pub enum DesignSurface {
     Spline(OrientedSpline),
     /// A triangle mesh; its corners turn anticlockwise seen from the tool's side.
     Mesh(TriangleMesh),
+    /// A mesh whose triangles are curved patches, square to the normals at its corners.
+    Curved(CurvedMesh),
 }
 
 /// The design surface as a spline, for planning.
@@ -35,6 +37,7 @@ impl DesignSurface {
         match self {
             Self::Spline(spline) => spline.sample(spacing),
             Self::Mesh(mesh) => mesh_sampling::sample(mesh, spacing),
+            Self::Curved(mesh) => mesh_sampling::sample(mesh, spacing),
         }
     }
 
@@ -43,6 +46,7 @@ impl DesignSurface {
         match self {
             Self::Spline(spline) => spline.between(corners, weights),
             Self::Mesh(mesh) => mesh_sampling::between(mesh, corners, weights),
+            Self::Curved(mesh) => mesh_sampling::between_curved(mesh, corners, weights),
         }
     }
 
@@ -50,16 +54,8 @@ impl DesignSurface {
     pub fn foot(&self, p: &Point) -> Foot {
         match self {
             Self::Spline(spline) => spline.foot(p),
-            Self::Mesh(mesh) => {
-                let foot = mesh.closest(p);
-                Foot {
-                    point: foot.point,
-                    normal: OutwardNormal(mesh.normal(foot.face, foot.barycentric)),
-                    signed_distance: foot.signed_distance,
-                    past_edge: foot.past_edge,
-                    place: SurfacePlace::Face { index: foot.face, barycentric: foot.barycentric },
-                }
-            }
+            Self::Mesh(mesh) => on_triangle(&mesh.closest(p), |foot| mesh.normal(foot.face, foot.barycentric)),
+            Self::Curved(mesh) => on_triangle(&mesh.closest(p), |foot| mesh.normal(foot.face, &foot.barycentric)),
         }
     }
 
@@ -73,6 +69,7 @@ impl DesignSurface {
         match self {
             Self::Spline(spline) => spline.surface().bounds(),
             Self::Mesh(mesh) => mesh.bounds(),
+            Self::Curved(mesh) => mesh.bounds(),
         }
     }
 
@@ -81,6 +78,7 @@ impl DesignSurface {
         match self {
             Self::Spline(spline) => spline.area(),
             Self::Mesh(mesh) => mesh.area(),
+            Self::Curved(mesh) => mesh.area(),
         }
     }
 
@@ -90,6 +88,16 @@ impl DesignSurface {
         match self {
             Self::Spline(spline) => Self::Spline(spline.transformed(motion)),
             Self::Mesh(mesh) => Self::Mesh(mesh.transformed(motion)),
+            Self::Curved(mesh) => Self::Curved(mesh.transformed(motion)),
+        }
+    }
+
+    /// The flat triangles of a mesh, curved or not.
+    pub fn mesh(&self) -> Option<&TriangleMesh> {
+        match self {
+            Self::Spline(_) => None,
+            Self::Mesh(mesh) => Some(mesh),
+            Self::Curved(mesh) => Some(mesh.chords()),
         }
     }
 
@@ -101,6 +109,21 @@ impl DesignSurface {
                 let (spline, fit_error) = fit::spline_of_mesh(mesh)?;
                 Ok(SplineForm { spline: Cow::Owned(spline), fit_error })
             }
+            Self::Curved(mesh) => {
+                let (spline, fit_error) = fit::spline_of_curved(mesh)?;
+                Ok(SplineForm { spline: Cow::Owned(spline), fit_error })
+            }
         }
+    }
+}
+
+/// A foot on a mesh, with the normal that `normal` gives there.
+fn on_triangle(foot: &MeshFoot, normal: impl Fn(&MeshFoot) -> Direction) -> Foot {
+    Foot {
+        point: foot.point,
+        normal: OutwardNormal(normal(foot)),
+        signed_distance: foot.signed_distance,
+        past_edge: foot.past_edge,
+        place: SurfacePlace::Face { index: foot.face, barycentric: foot.barycentric },
     }
 }

@@ -2,7 +2,7 @@
 
 use super::design_surface::DesignSurface;
 use crate::diagnostic::{Diagnostic, Result};
-use crate::geometry::{Point, TriangleMesh};
+use crate::geometry::Point;
 
 /// Which way the normals of a design surface point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -47,16 +47,16 @@ impl DesignSurface {
 
     /// Judges by a closed body, triangles outward, of whose skin the surface is a part: probes on both sides of the
     /// surface, of which one lies inside and one outside the body; the majority decides.
-    pub fn facing_of_body(&self, body: &TriangleMesh) -> Facing {
-        if !body.topology().is_closed() {
+    pub fn facing_of_body(&self, body: &Self) -> Facing {
+        if !body.mesh().is_some_and(|mesh| mesh.topology().is_closed()) {
             return Facing::Undecided;
         }
         let size = self.bounds().diagonal();
         let (mut outward, mut inward) = (0, 0);
         for sample in self.sample(size / PROBES).samples {
             let step = sample.normal.0.into_inner() * (PROBE * size);
-            let above = body.closest(&(sample.point + step)).signed_distance > 0.0;
-            let below = body.closest(&(sample.point - step)).signed_distance > 0.0;
+            let above = body.signed_distance(&(sample.point + step)) > 0.0;
+            let below = body.signed_distance(&(sample.point - step)) > 0.0;
             outward += usize::from(above && !below);
             inward += usize::from(below && !above);
         }
@@ -71,7 +71,7 @@ impl DesignSurface {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::SplineSurface;
+    use crate::geometry::{SplineSurface, TriangleMesh};
     use crate::part::OrientedSpline;
 
     /// The unit square at z = 1, normal up unless flipped.
@@ -82,11 +82,11 @@ mod tests {
         DesignSurface::Spline(OrientedSpline::new(surface, flip).unwrap())
     }
 
-    fn cube() -> TriangleMesh {
+    fn cube() -> DesignSurface {
         let corner = |k: u8| Point::new(f64::from(k & 1), f64::from(k >> 1 & 1), f64::from(k >> 2));
         let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
         let triangles = quads.iter().flat_map(|[a, b, c, d]| [[*a, *b, *c], [*a, *c, *d]]).collect();
-        TriangleMesh::new((0..8).map(corner).collect(), triangles).unwrap()
+        DesignSurface::Mesh(TriangleMesh::new((0..8).map(corner).collect(), triangles).unwrap())
     }
 
     #[test]

@@ -1,12 +1,18 @@
 //! A bicubic spline fitted to a mesh, because planning needs a spline. What the fit loses is measured and said; what is
 //! verified is the mesh itself.
 
+use super::mesh_sampling::{self, Joined};
 use super::oriented_spline::OrientedSpline;
 use crate::diagnostic::{Diagnostic, Result};
 use crate::geometry::{
-    FitPoint, ParametrizeError, Point, SplineSurface, SquareMap, TriangleMesh, Vector, fit_surface, map_to_square,
+    CurvedMesh, FitPoint, ParametrizeError, Point, SplineSurface, SquareMap, TriangleMesh, Vector, fit_surface,
+    map_to_square,
 };
 
+/// Edges across a curved mesh, about, by whose ends a spline is fitted to it.
+const FINE_EDGES: f64 = 50.0;
+/// Weights of the middles of a triangle's edges, and of its own.
+const MIDDLES: [[f64; 3]; 4] = [[0.5, 0.5, 0.0], [0.0, 0.5, 0.5], [0.5, 0.0, 0.5], [1.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0]];
 /// Share of the mesh's size that counts as met.
 const GOOD_ENOUGH: f64 = 1e-6;
 /// Smoothing first, and least, see [`fit_surface`].
@@ -22,9 +28,29 @@ const MOST_REFINEMENTS: usize = 40;
 
 /// The fitted spline and its largest distance from the mesh's vertices and the middles of its edges and triangles, mm.
 pub(super) fn spline_of_mesh(mesh: &TriangleMesh) -> Result<(OrientedSpline, f64)> {
+    let middle = |face: usize, weights| mesh.point(face, weights);
+    fitted_and_measured(mesh, (0..mesh.triangles().len()).flat_map(|face| MIDDLES.map(|w| middle(face, w))))
+}
+
+/// The same of a curved mesh, by the points of its patches between which short edges run.
+pub(super) fn spline_of_curved(mesh: &CurvedMesh) -> Result<(OrientedSpline, f64)> {
+    let grid = mesh_sampling::sample(&Joined(mesh), mesh.bounds().diagonal() / FINE_EDGES);
+    let points = grid.samples.iter().map(|sample| sample.point).collect();
+    let fine = TriangleMesh::new(points, grid.triangles.clone()).map_err(|_| broken())?;
+    let sample = |vertex: u32| grid.samples.get(vertex as usize);
+    let middles = grid.triangles.iter().flat_map(|[a, b, c]| match [a, b, c].map(|v| sample(*v)) {
+        [Some(a), Some(b), Some(c)] => MIDDLES.map(|w| Some(mesh_sampling::between_curved(mesh, [a, b, c], w).point)),
+        _ => [None; 4],
+    });
+    fitted_and_measured(&fine, middles.flatten())
+}
+
+/// A spline through a mesh, and its largest distance from vertices and from other places, mm.
+fn fitted_and_measured(mesh: &TriangleMesh, places: impl Iterator<Item = Point>) -> Result<(OrientedSpline, f64)> {
     let map = map_to_square(mesh).map_err(|error| refused(&error))?;
     let surface = fitted(mesh, &map).ok_or_else(broken)?;
-    let error = largest_distance(mesh, &surface);
+    let places = mesh.vertices().iter().copied().chain(places);
+    let error = places.map(|p| surface.closest(&p).distance).fold(0.0, f64::max);
     let spline = OrientedSpline::new(surface, false).map_err(|_| broken())?;
     Ok((spline, error))
 }
@@ -133,21 +159,6 @@ fn refined([rows, columns]: [usize; 2], surface: &SplineSurface) -> Option<[usiz
         if 2.0 * along_v >= along_u { more(columns) } else { columns },
     ];
     (next != [rows, columns]).then_some(next)
-}
-
-/// Distance of the spline from the mesh: at its vertices, and in the middles of its edges and triangles.
-fn largest_distance(mesh: &TriangleMesh, surface: &SplineSurface) -> f64 {
-    let mut largest = 0.0f64;
-    let mut measure = |p: Point| largest = largest.max(surface.closest(&p).distance);
-    mesh.vertices().iter().for_each(|p| measure(*p));
-    for face in 0..mesh.triangles().len() {
-        let [a, b, c] = mesh.corners(face);
-        measure(Point::from((a.coords + b.coords + c.coords) / 3.0));
-        for (from, to) in [(a, b), (b, c), (c, a)] {
-            measure(nalgebra::center(&from, &to));
-        }
-    }
-    largest
 }
 
 #[cfg(test)]

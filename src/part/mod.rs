@@ -13,7 +13,7 @@ pub use cell::{Cell, Cells};
 pub use design_surface::{DesignSurface, SplineForm};
 pub use facing::Facing;
 pub use oriented_spline::{IrregularSurface, OrientedSpline};
-pub use read::{ReadOptions, Units, read, require_closed};
+pub use read::{ReadOptions, Triangles, Units, read, require_closed};
 pub use sample::{Foot, OutwardNormal, SampleGrid, SurfacePlace, SurfaceSample};
 
 /// What is to be made, and what must not be touched.

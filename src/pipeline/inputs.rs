@@ -146,8 +146,18 @@ impl Inputs {
         Ok(self)
     }
 
-    /// Settles what the stock's file holds.
-    pub(super) fn with_blank(self, blank: Blank) -> Self {
+    /// Takes the bytes of a further file of the machine, such as that of a body, into the hash.
+    #[must_use]
+    pub fn with_machine_source(mut self, bytes: &[u8]) -> Self {
+        self.hasher.update(bytes);
+        self.hash = digits(&self.hasher);
+        self
+    }
+
+    /// Settles what the stock's file holds; its bytes go into the hash.
+    pub(super) fn with_blank(mut self, blank: Blank, bytes: &[u8]) -> Self {
+        self.hasher.update(bytes);
+        self.hash = digits(&self.hasher);
         Self { blank: Some(blank), ..self }
     }
 
@@ -165,7 +175,6 @@ fn faces_out_of_bodies<'a>(
     bodies: impl Iterator<Item = &'a DesignSurface>,
 ) -> Result<()> {
     for body in bodies {
-        let DesignSurface::Mesh(body) = body else { continue };
         surface.facing_of_body(body).require().map_err(|finding| {
             let located = job.blame("part.file", finding.message);
             finding.help.into_iter().fold(located, |located, help| located.help(help))

@@ -263,9 +263,9 @@ pub fn inspect_part(file: InputFile<'_>) -> Result<PartSummary> {
             summary.control = Some([u.controls(), v.controls()]);
             summary.rational = Some(spline.surface().weights().is_some());
         }
-        DesignSurface::Mesh(mesh) => {
-            summary.vertices = Some(mesh.vertices().len());
-            summary.triangles = Some(mesh.triangles().len());
+        DesignSurface::Mesh(_) | DesignSurface::Curved(_) => {
+            summary.vertices = surface.mesh().map(|mesh| mesh.vertices().len());
+            summary.triangles = surface.mesh().map(|mesh| mesh.triangles().len());
         }
     }
     Ok(summary)

@@ -1,5 +1,6 @@
 //! What the report page shows of a job.
 
+use super::body_views::body_views;
 use super::pace::pace;
 use super::{Inputs, Judged};
 use crate::diagnostic::{Diagnostic, Result};
@@ -37,6 +38,7 @@ pub fn page(inputs: &Inputs, plan: Option<&Plan>, judged: &Judged, program: &str
 fn data(inputs: &Inputs, tool: &Tool, judged: &Judged, program: &str) -> ReportData {
     let Judged { motion, verified, milled } = judged;
     let record = &verified.record;
+    let (bodies, links) = body_views(motion, inputs.fixtures(), every(motion.segments(), MOST_SAMPLES));
     ReportData {
         name: inputs.job.name.clone(),
         verdict: report::Verdict { pass: record.verdict == Verdict::Pass, reasons: record.reasons.clone() },
@@ -44,6 +46,8 @@ fn data(inputs: &Inputs, tool: &Tool, judged: &Judged, program: &str) -> ReportD
         input_hash: inputs.hash.clone(),
         part: Some(part_view(verified)),
         surroundings: inputs.part.check.iter().map(surrounding).collect(),
+        bodies,
+        links,
         rulings: rulings(tool, motion, verified),
         tool: tool_outline(tool),
         timeline: timeline(motion, milled.as_ref()),

@@ -31,10 +31,10 @@ pub(super) fn met_in_job(inputs: &Inputs, motion: &ToolMotion, tool: &Tool) -> R
 pub(super) fn stands_of_job(inputs: &Inputs, setup: &Setup) -> Result<Scene> {
     let mut scene = stands(inputs, setup)?;
     if let Some(body) = &inputs.part.body {
-        scene = scene.with_finished("finished part", &triangles(body));
+        scene = scene.with_finished("finished part", &triangles(body), body.mesh());
     }
     for surface in &inputs.part.check {
-        scene = scene.with_finished("check surface", &triangles(surface));
+        scene = scene.with_finished("check surface", &triangles(surface), surface.mesh());
     }
     Ok(match inputs.tool() {
         Ok(tool) => scene.with_tool(tool),

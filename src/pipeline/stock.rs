@@ -51,7 +51,7 @@ impl Inputs {
         let DesignSurface::Mesh(mesh) = surface else {
             return Err(Diagnostic::error("a stock is a closed mesh").in_file(file.name).help("give an .stl file"));
         };
-        Ok(self.with_blank(Blank::Mesh(Box::new(mesh))))
+        Ok(self.with_blank(Blank::Mesh(Box::new(mesh)), file.bytes))
     }
 }
 

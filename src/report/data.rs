@@ -2,6 +2,7 @@
 //!
 //! Uses `geometry` and `tool`. Lengths mm, times seconds, part frame, unless a field says otherwise.
 
+use super::body::{self, BodyView, LinkTrack};
 use crate::geometry::{Point, Vector};
 use crate::tool::{Element, Section, Tool};
 
@@ -18,8 +19,12 @@ pub struct ReportData {
     pub input_hash: String,
     /// The measured part; none for a program that is checked alone.
     pub part: Option<PartView>,
-    /// Surfaces around the part: check surfaces, stock, fixtures.
+    /// Surfaces around the part that it comes with: check surfaces.
     pub surroundings: Vec<Mesh>,
+    /// Bodies of the machine, and fixtures.
+    pub bodies: Vec<BodyView>,
+    /// Where the links are that bodies move with.
+    pub links: Vec<LinkTrack>,
     /// Sampled positions of the tool axis while cutting.
     pub rulings: Vec<Ruling>,
     /// The tool's outline, from the tip upward.
@@ -246,7 +251,7 @@ pub enum ReportError {
     },
 }
 
-fn finite(what: &'static str, numbers: impl IntoIterator<Item = f64>) -> Result<(), ReportError> {
+pub(super) fn finite(what: &'static str, numbers: impl IntoIterator<Item = f64>) -> Result<(), ReportError> {
     // The page holds 32-bit floats; what overflows them cannot be shown either.
     match numbers.into_iter().position(|n| !(n as f32).is_finite()) {
         Some(index) => Err(ReportError::NotFinite { what, index }),
@@ -254,12 +259,12 @@ fn finite(what: &'static str, numbers: impl IntoIterator<Item = f64>) -> Result<
     }
 }
 
-fn count(what: &'static str, found: usize, wanted: usize) -> Result<(), ReportError> {
+pub(super) fn count(what: &'static str, found: usize, wanted: usize) -> Result<(), ReportError> {
     if found == wanted { Ok(()) } else { Err(ReportError::Count { what, found, wanted }) }
 }
 
 impl Mesh {
-    fn check(&self) -> Result<(), ReportError> {
+    pub(super) fn check(&self) -> Result<(), ReportError> {
         count("normals of a mesh", self.normals.len(), self.points.len())?;
         finite("coordinate of a mesh", self.points.iter().flat_map(|p| [p.x, p.y, p.z]))?;
         finite("normal component of a mesh", self.normals.iter().flat_map(|n| [n.x, n.y, n.z]))?;
@@ -313,6 +318,7 @@ impl ReportData {
         for mesh in &self.surroundings {
             mesh.check()?;
         }
+        body::check(&self.bodies, &self.links, self.timeline.samples.len())?;
         if let Some(part) = &self.part {
             part.check()?;
         }

@@ -3,6 +3,7 @@
 //!
 //! The page needs no network and no library. Uses `geometry`, `tool`, `nc` and `verify`.
 
+mod body;
 mod colour;
 mod data;
 mod encode;
@@ -12,6 +13,7 @@ mod payload;
 mod plot;
 mod sarif;
 
+pub use body::{BodyView, LinkTrack};
 pub use data::{
     AxisTrack, Figure, Finding, Mesh, PartView, ProfileSection, ReportData, ReportError, Ruling, SlowRow, StripRow,
     Timeline, ToolSample, TrackKind, Verdict, tool_outline,

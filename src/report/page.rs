@@ -8,9 +8,10 @@ use super::plot::axis_figure;
 
 const TEMPLATE: &str = include_str!("page/page.html");
 const STYLE: &str = include_str!("page/page.css");
-const SCRIPT: [&str; 7] = [
+const SCRIPT: [&str; 8] = [
     include_str!("page/vectors.js"),
     include_str!("page/shaders.js"),
+    include_str!("page/bodies.js"),
     include_str!("page/scene.js"),
     include_str!("page/camera.js"),
     include_str!("page/pick.js"),
@@ -46,6 +47,8 @@ pub(super) fn page(data: &ReportData) -> String {
         "tiles" => data.figures.iter().filter(|f| f.limit.is_some()).take(TILES).map(tile).collect(),
         "part_hidden" => hidden(data.part.is_none()),
         "surroundings_hidden" => hidden(data.surroundings.is_empty()),
+        "fixtures_hidden" => hidden(!data.bodies.iter().any(|body| body.fixture)),
+        "machine_hidden" => hidden(!data.bodies.iter().any(|body| !body.fixture)),
         "legend" => data.part.as_ref().map(legend).unwrap_or_default(),
         "findings" => findings(data),
         "axes" => axes(data),

@@ -13,6 +13,17 @@ pub(super) fn payload(data: &ReportData) -> String {
     let mut value = json!({
         "colours": {"overcut": OVERCUT, "undercut": UNDERCUT, "uncut": UNCUT, "strips": STRIPS, "steps": STEPS},
         "surroundings": data.surroundings.iter().map(mesh).collect::<Vec<_>>(),
+        "bodies": data.bodies.iter().map(|body| {
+            let mut view = mesh(&body.mesh);
+            view["name"] = json!(body.name);
+            view["fixture"] = json!(body.fixture);
+            view["link"] = json!(body.link.map_or(-1, |link| i64::try_from(link).unwrap_or(-1)));
+            view
+        }).collect::<Vec<_>>(),
+        "links": data.links.iter().map(|track| json!({
+            "turns": floats(track.iter().flat_map(|m| <[f64; 4]>::from(m.rotation.coords))),
+            "ways": floats(track.iter().flat_map(|m| <[f64; 3]>::from(m.translation.vector))),
+        })).collect::<Vec<_>>(),
         "rulings": {
             "ends": floats(data.rulings.iter().flat_map(|r| [r.from, r.to]).flat_map(|p| [p.x, p.y, p.z])),
             "strips": integers(data.rulings.iter().map(|r| r.strip)),

@@ -1,7 +1,7 @@
 //! A page on a made-up job: a twisted flank milled in two strips on a machine with A and C.
 
 use super::*;
-use crate::geometry::{Degrees, Point, Vector};
+use crate::geometry::{Degrees, Point, RigidMotion, Vector};
 use crate::tool::meridian::at;
 use crate::tool::{CutterShape, Fixture, Tool};
 
@@ -162,6 +162,7 @@ fn sample() -> ReportData {
         limit,
         ok: limit.map(|l| value <= l),
     };
+    let samples = timeline.samples.len();
     ReportData {
         name: "Twisted flank <A & B>".into(),
         verdict: Verdict {
@@ -181,6 +182,11 @@ fn sample() -> ReportData {
         input_hash: "9f2c41d07be8a6c35d19".into(),
         part: Some(part()),
         surroundings: vec![floor()],
+        bodies: vec![
+            BodyView { name: "nose".into(), fixture: false, mesh: floor(), link: Some(0) },
+            BodyView { name: "jaw".into(), fixture: true, mesh: floor(), link: None },
+        ],
+        links: vec![vec![RigidMotion::translation(0.0, 0.0, 40.0); samples]],
         rulings,
         tool: tool_outline(&tool()),
         timeline,
@@ -279,6 +285,20 @@ fn what_is_not_finite_or_does_not_fit_is_refused_by_name() {
 fn a_page_without_part_motion_or_figures_is_still_a_page() {
     let page = html(&ReportData { name: "empty".into(), ..ReportData::default() }).unwrap();
     assert!(page.contains("Nothing found.") && !page.contains("NaN") && !page.contains("inf"));
+}
+
+#[test]
+fn bodies_have_their_switches_where_there_are_any() {
+    let page = html(&sample()).unwrap();
+    assert!(page.contains("\"name\":\"nose\"") && page.contains("<label><input type=\"checkbox\" id=\"machine\""));
+    let mut data = sample();
+    data.bodies.remove(0);
+    let page = html(&data).unwrap();
+    assert!(page.contains("<label hidden><input type=\"checkbox\" id=\"machine\""));
+    assert!(page.contains("<label><input type=\"checkbox\" id=\"fixtures\""));
+    data.links[0].pop();
+    let refused = html(&data).unwrap_err();
+    assert!(matches!(refused, ReportError::Count { what: "places of a link", .. }), "{refused}");
 }
 
 #[test]

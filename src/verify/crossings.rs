@@ -96,6 +96,10 @@ fn guarded(
     let (grid, sag) = triangles(surface, allowed);
     let points: Vec<_> = grid.samples.iter().map(|sample| sample.point).collect();
     let mesh = collide::Obstacle::new(what.name(), role, &points, &grid.triangles).ok()?;
+    let mesh = match surface.mesh() {
+        Some(whole) => mesh.with_inside(whole),
+        None => mesh,
+    };
     Some(Guarded { what, mesh, allowed: depth + sag + SHARE * allowed.contact })
 }
 
@@ -128,6 +132,8 @@ fn sag(surface: &DesignSurface, grid: &SampleGrid) -> f64 {
     };
     match surface {
         DesignSurface::Mesh(_) => 0.0,
-        DesignSurface::Spline(_) => grid.triangles.par_iter().map(off).reduce(|| 0.0, f64::max),
+        DesignSurface::Spline(_) | DesignSurface::Curved(_) => {
+            grid.triangles.par_iter().map(off).reduce(|| 0.0, f64::max)
+        }
     }
 }

@@ -1,6 +1,7 @@
 //! Readers: bytes of a file in, design surface out. May use: diagnostic, geometry and the part's own types.
 
 mod bspline_json;
+mod facets;
 mod grid_csv;
 mod json_place;
 mod obj;
@@ -9,7 +10,8 @@ mod stl;
 
 use super::{DesignSurface, OrientedSpline};
 use crate::diagnostic::{Diagnostic, Result};
-use crate::geometry::{MeshError, Point, RigidMotion, SplineSurface, TriangleMesh};
+use crate::geometry::{Radians, RigidMotion, SplineSurface};
+use facets::Facets;
 pub use solid::require_closed;
 
 /// Unit of length in a file.
@@ -32,6 +34,19 @@ impl Units {
     }
 }
 
+/// What lies between the corners of a mesh's triangles.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Triangles {
+    /// The flat triangles themselves: the file is taken at its word.
+    #[default]
+    Flat,
+    /// Patches square to the normals at the corners: those of the file where it has any, else found from the mesh.
+    Curved {
+        /// Edges whose triangles' normals are farther apart than this stay sharp, where the file has no normals.
+        crease: Radians,
+    },
+}
+
 /// What the job says about a part file.
 #[derive(Clone, Copy, Debug)]
 pub struct ReadOptions {
@@ -41,11 +56,13 @@ pub struct ReadOptions {
     pub flip: bool,
     /// Part file to part frame, mm.
     pub placement: RigidMotion,
+    /// How mesh files are read.
+    pub triangles: Triangles,
 }
 
 impl Default for ReadOptions {
     fn default() -> Self {
-        Self { units: None, flip: false, placement: RigidMotion::identity() }
+        Self { units: None, flip: false, placement: RigidMotion::identity(), triangles: Triangles::Flat }
     }
 }
 
@@ -84,56 +101,6 @@ fn oriented(surface: SplineSurface, flip: bool) -> Result<DesignSurface> {
         Diagnostic::error(error.to_string())
             .help("trim or refit the surface so that it has four sides and a normal everywhere")
     })
-}
-
-/// Scales, places and orients the triangles of a mesh file, joining corners with the same coordinates.
-fn mesh(corners: &[Point], triangles: &[[u32; 3]], options: &ReadOptions) -> Result<DesignSurface> {
-    let (vertices, mut triangles) = welded(corners, triangles);
-    if options.flip {
-        triangles.iter_mut().for_each(|t| t.swap(1, 2));
-    }
-    let scale = options.units.unwrap_or_default().in_mm();
-    let vertices = vertices.iter().map(|p| options.placement * (p * scale)).collect();
-    TriangleMesh::new(vertices, triangles).map(DesignSurface::Mesh).map_err(|error| refused(&error))
-}
-
-fn welded(corners: &[Point], triangles: &[[u32; 3]]) -> (Vec<Point>, Vec<[u32; 3]>) {
-    // Looked up only, never walked through: its order does not matter.
-    let mut known = std::collections::HashMap::with_capacity(corners.len());
-    let mut vertices = Vec::new();
-    let numbers: Vec<u32> = corners
-        .iter()
-        .map(|p| {
-            // Adding zero makes -0 and 0 the same.
-            let key = [p.x, p.y, p.z].map(|x| (x + 0.0).to_bits());
-            *known.entry(key).or_insert_with(|| {
-                vertices.push(*p);
-                vertices.len() as u32 - 1
-            })
-        })
-        .collect();
-    let triangles =
-        triangles.iter().map(|t| t.map(|corner| numbers.get(corner as usize).copied().unwrap_or(u32::MAX))).collect();
-    (vertices, triangles)
-}
-
-fn refused(error: &MeshError) -> Box<Diagnostic> {
-    let help = match error {
-        MeshError::Empty => "export the surface again; the file holds no triangle",
-        MeshError::Index { .. } => "the file is damaged; export it again",
-        MeshError::NotFinite { .. } => "export the surface again; every coordinate must be a finite number",
-        MeshError::Degenerate { .. } => {
-            "remove triangles without area in a mesh editor (merge close vertices, delete degenerate faces)"
-        }
-        MeshError::NonManifold { .. } => {
-            "give one surface a file: delete inner walls and doubled triangles in a mesh editor"
-        }
-        MeshError::Orientation { .. } => {
-            "let a mesh editor reorient all faces coherently, outward (in MeshLab: Re-Orient all faces coherently)"
-        }
-        MeshError::Folded { .. } => "delete the doubled or folded triangles there in a mesh editor",
-    };
-    Diagnostic::error(error.to_string()).help(help)
 }
 
 #[cfg(test)]

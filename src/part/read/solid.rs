@@ -6,7 +6,7 @@ use crate::part::DesignSurface;
 /// Refuses a surface that is not the whole boundary of a body with the normals outward: an open mesh, a mesh turned
 /// inside out, a spline patch. Returns nothing else; the surface stays as it is.
 pub fn require_closed(surface: &DesignSurface) -> Result<()> {
-    let DesignSurface::Mesh(mesh) = surface else {
+    let Some(mesh) = surface.mesh() else {
         return Err(Diagnostic::error("a spline patch is given where a closed body is required")
             .help("give a closed triangle mesh (.stl or .obj) with its triangles outward"));
     };

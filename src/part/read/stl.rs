@@ -1,6 +1,6 @@
 //! STL, binary and ASCII. The normals in the file are not used: the turn of the corners says which side is out.
 
-use super::{DesignSurface, ReadOptions, mesh};
+use super::{DesignSurface, Facets, ReadOptions};
 use crate::diagnostic::{Diagnostic, Result};
 use crate::geometry::Point;
 use std::io::{Cursor, Read, Seek, SeekFrom};
@@ -10,9 +10,18 @@ const TRIANGLE: usize = 50;
 
 /// Reads the bytes of an STL file; all solids of a text file become one mesh.
 pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<DesignSurface> {
-    let corners = if is_text(bytes) { text_corners(bytes)? } else { binary_corners(bytes)? };
+    let text = is_text(bytes);
+    let corners = if text { text_corners(bytes)? } else { binary_corners(bytes)? };
     let triangles: Vec<[u32; 3]> = (0..corners.len() as u32 / 3).map(|k| [3 * k, 3 * k + 1, 3 * k + 2]).collect();
-    mesh(&corners, &triangles, options)
+    let line_of = |triangle: usize| if text { line_of_facet(bytes, triangle) } else { None };
+    Facets { corners, triangles, normals: None, line_of: &line_of }.surface(options)
+}
+
+/// The line on which a facet of a text file begins, from 1.
+fn line_of_facet(bytes: &[u8], facet: usize) -> Option<usize> {
+    let begins = |line: &[u8]| line.trim_ascii_start().get(..5).is_some_and(|word| word.eq_ignore_ascii_case(b"facet"));
+    let lines = bytes.split(|b| *b == b'\n').enumerate();
+    lines.filter(|(_, line)| begins(line)).nth(facet).map(|(index, _)| index + 1)
 }
 
 /// Begins with "solid" and holds no zero byte; binary files that begin so have one in their count or numbers.

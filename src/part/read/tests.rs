@@ -1,5 +1,5 @@
 use super::*;
-use crate::geometry::Vector;
+use crate::geometry::{Point, Vector};
 
 const PLANE: &str = r#"{"format": "regulus-bspline", "version": 1, "units": "mm", "note": "own",
  "degree": [1, 1],
@@ -45,6 +45,7 @@ fn bspline_units_flip_and_placement() {
         units: Some(Units::Inches),
         flip: true,
         placement: RigidMotion::new(Vector::new(1.0, 2.0, 3.0), Vector::x() * std::f64::consts::FRAC_PI_2),
+        triangles: Triangles::Flat,
     };
     // The file's own unit goes first; its flip and the job's cancel.
     let placed = read(PLANE.replace("false", "true").as_bytes(), "a.JSON", &options).unwrap();
@@ -199,6 +200,68 @@ fn bad_obj_is_refused() {
     let against = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3\nf 1 4 3\n";
     let error = open(against, "o.obj").unwrap_err();
     assert!(error.message.contains("oriented against each other") && error.help.unwrap().contains("reorient"));
+}
+
+fn curved() -> ReadOptions {
+    ReadOptions { triangles: Triangles::Curved { crease: Radians(0.5) }, ..ReadOptions::default() }
+}
+
+/// Two triangles of a cylinder of radius 5 about X, normals outward.
+const ROUND: &str =
+    "v 0 -3 4\nv 2 -3 4\nv 2 3 4\nv 0 3 4\nvn 0 -6 8\nvn 0 0.6 0.8\nf 1//1 2//1 3//2\nf 1//1 3//2 4//2\n";
+
+#[test]
+fn normals_of_an_obj_file_curve_its_triangles() {
+    let top = |options: &ReadOptions| {
+        let surface = read(ROUND.as_bytes(), "r.obj", options).unwrap();
+        let foot = surface.foot(&(options.placement * Point::new(1.0, 0.1, 9.0)));
+        assert!(matches!(surface, DesignSurface::Curved(_)));
+        (foot.point, foot.normal.0.into_inner())
+    };
+    let (point, normal) = top(&curved());
+    // The cubic through both edges at 74 degrees rises to 4.96 of 5; flat it would stay at 4.
+    assert!((point.z - 4.72).abs() < 0.01 && (normal - Vector::z()).norm() < 0.05, "{point} {normal}");
+    let turn = RigidMotion::new(Vector::new(1.0, 2.0, 3.0), Vector::new(0.3, -0.4, 0.5));
+    let (moved, turned) = top(&ReadOptions { flip: true, placement: turn, ..curved() });
+    assert!((moved - turn * point).norm() < 1e-7 && (turned + turn * normal).norm() < 1e-6);
+    // Without a word of curves, and without normals to go by, the triangles are flat.
+    let height = |text: &str, options: &ReadOptions| {
+        read(text.as_bytes(), "r.obj", options).unwrap().foot(&Point::new(1.0, 0.0, 9.0)).point.z
+    };
+    assert!((height(ROUND, &ReadOptions::default()) - 4.0).abs() < 1e-12);
+    assert!((height(&ROUND.replace("//1", "").replace("//2", ""), &curved()) - 4.0).abs() < 1e-12);
+}
+
+#[test]
+fn bad_normals_are_located() {
+    let refused = |text: &str| {
+        let error = read(text.as_bytes(), "r.obj", &curved()).unwrap_err();
+        assert!(error.help.is_some());
+        let place = error.place.unwrap();
+        (error.message, place.file, place.line)
+    };
+    let (message, file, line) = refused(&ROUND.replace("4//2\n", "4\n"));
+    assert!(message.contains("does not name a normal"), "{message}");
+    assert_eq!((file.as_str(), line), ("r.obj", Some(8)));
+    let (message, _, line) = refused(&ROUND.replace("vn 0 0.6 0.8", "vn 0 0 0"));
+    assert!(message.contains("has no direction"), "{message}");
+    assert_eq!(line, Some(7));
+    let opposed = ROUND.replace("4//2\n", "4//3\n").replace("vn 0 -6 8\n", "vn 0 -6 8\nvn 0 0 1\nvn 0 -0.6 -0.8\n");
+    let opposed = opposed.replace("3//2", "3//1");
+    let (message, _, line) = refused(&opposed);
+    assert!(message.contains("triangle 1") && message.contains("degrees from that of the triangle"), "{message}");
+    assert_eq!(line, Some(10));
+}
+
+#[test]
+fn bad_triangles_of_text_are_located() {
+    let (message, line, _) =
+        refusal(&ASCII.replacen("vertex 1 0 0\nvertex 0 1 0", "vertex 1 0 0\nvertex 1 0 0", 1), "t.stl");
+    assert!(message.contains("triangle 2"), "{message}");
+    assert_eq!(line, Some(16));
+    let (message, line, _) = refusal("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\nf 4 1 1\n", "o.obj");
+    assert!(message.contains("triangle 2"), "{message}");
+    assert_eq!(line, Some(6));
 }
 
 #[test]

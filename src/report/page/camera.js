@@ -4,9 +4,10 @@ const FIELD_OF_VIEW = Math.PI / 7;
 
 /**
  * A camera that looks at a ball of the given centre and radius, first from `from` with `upward` upward.
- * `covered` says how many pixels at the right edge something else covers: the picture is centred beside them.
+ * `covered` says how many pixels at the right edge something else covers: the picture is centred beside them. What is
+ * farther from the ball's centre than `reach` is not drawn.
  */
-function makeCamera(canvas, ball, from, upward, covered, changed) {
+function makeCamera(canvas, ball, reach, from, upward, covered, changed) {
   const camera = {};
   const shift = () => -covered() / Math.max(1, canvas.clientWidth);
   const look = (back, up) => {
@@ -48,8 +49,9 @@ function makeCamera(canvas, ball, from, upward, covered, changed) {
   /** Renews eye and matrix for the canvas size. */
   camera.update = () => {
     camera.eye = add(camera.target, scale(camera.back, camera.distance));
-    const far = camera.distance + 4 * ball.radius;
-    const near = Math.max(camera.distance - 4 * ball.radius, far / 2000);
+    const apart = length(sub(camera.target, ball.centre)) + reach;
+    const far = camera.distance + apart;
+    const near = Math.max(camera.distance - apart, far / 2000);
     const f = 1 / Math.tan(FIELD_OF_VIEW / 2);
     const wide = canvas.clientWidth / Math.max(1, canvas.clientHeight);
     const { right, up, back, eye } = camera;

@@ -6,7 +6,8 @@ const motion = motionOf(data);
 const part = data.part ? partOf(data.part) : null;
 const canvas = byId("canvas");
 const legend = document.querySelector(".legend");
-const look = { paint: part ? 0 : 2, tool: "solid", rulings: true, path: false, surroundings: true };
+const [bodies, links] = [bodiesOf(data), linksOf(data)];
+const look = { paint: part ? 0 : 2, tool: "solid", rulings: true, path: false, surroundings: true, fixtures: true, machine: true };
 let redraw = () => {};
 const timeline = motion.times.length > 0 ? makeTimeline(data, motion, () => redraw()) : null;
 
@@ -149,13 +150,15 @@ function startView() {
   // Kept for printing: a picture that the printer asks for later.
   const gl = canvas.getContext("webgl2", { antialias: true, alpha: true, preserveDrawingBuffer: true });
   if (!gl) throw new Error("this browser offers no WebGL2");
-  const draw = makeScene(gl, data, part, motion);
+  const draw = makeScene(gl, data, part, motion, bodies, links);
   let pending = false;
   let marks = null;
   // On a narrow screen the legend may lie over the part.
   const covered = () => (canvas.clientWidth > 640 && look.paint === 0 && part ? legend.offsetWidth + 14 : 0);
   document.body.dataset.view = "shown";
-  const camera = makeCamera(canvas, surroundingBall(), ...firstView(), covered, () => redraw());
+  const ball = surroundingBall();
+  const reach = Math.max(4 * ball.radius, 1.01 * bodiesReach(bodies, links, ball.centre));
+  const camera = makeCamera(canvas, ball, reach, ...firstView(), covered, () => redraw());
   const paintNow = () => {
     pending = false;
     const ratio = Math.min(window.devicePixelRatio || 1, 2);

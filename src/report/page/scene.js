@@ -1,4 +1,4 @@
-// What is drawn: part, surroundings, rulings, tip path, and the tool as a surface of revolution.
+// What is drawn: part, surroundings, bodies, rulings, tip path, and the tool as a surface of revolution.
 
 /** Lists of a mesh of the data. */
 const meshOf = (data) => ({
@@ -80,9 +80,12 @@ function revolve(outline) {
 
 const TOOL_COLOURS = { flute: [0.86, 0.68, 0.30], shank: [0.70, 0.75, 0.80], holder: [0.36, 0.41, 0.48] };
 const SURROUNDINGS_COLOUR = [0.74, 0.77, 0.81];
+const FIXTURE_COLOUR = [0.47, 0.60, 0.66];
+const MACHINE_COLOUR = [0.60, 0.62, 0.66];
+const MACHINE_OPACITY = 0.28;
 
 /** Everything on the graphics card, and how it is drawn. Throws where WebGL2 is missing. */
-function makeScene(gl, data, part, motion) {
+function makeScene(gl, data, part, motion, bodies, links) {
   const surface = program(gl, SURFACE_VERTEX, SURFACE_FRAGMENT, ["position", "normal", "measure"]);
   const line = program(gl, LINE_VERTEX, LINE_FRAGMENT, ["position", "tint"]);
   const flat = (list) => new Float32Array(list.length);
@@ -98,6 +101,7 @@ function makeScene(gl, data, part, motion) {
   const model = {
     part: part && upload(part),
     border: part && tinted(border(part), () => [0.16, 0.2, 0.26]),
+    bodies: bodies.map((body) => ({ fixture: body.fixture, link: body.link, ...upload(body) })),
     surroundings: data.surroundings.map((m) => upload(meshOf(m))),
     rulings: tinted(decode(data.rulings.ends, Float32Array), dark),
     path: tinted(motion.tips, () => [0.1, 0.25, 0.45]),
@@ -141,6 +145,13 @@ function makeScene(gl, data, part, motion) {
     gl.polygonOffset(1, 1);
     if (model.part) drawSurface(model.part, { paint: look.paint, colour: [0.80, 0.83, 0.86], twoSided: true });
     if (look.surroundings) model.surroundings.forEach((m) => drawSurface(m, { colour: SURROUNDINGS_COLOUR }));
+    const drawBodies = (fixture, colour, opacity) => {
+      for (const body of model.bodies.filter((body) => body.fixture === fixture)) {
+        if (body.link >= 0 && !pose) continue;
+        drawSurface(body, { colour, opacity, place: body.link < 0 ? IDENTITY : linkPlace(links[body.link], pose.sample) });
+      }
+    };
+    if (look.fixtures) drawBodies(true, FIXTURE_COLOUR, 1);
     const tool = (opacity) => {
       const [x, y] = squareOn(pose.axis);
       const place = frame(x, y, pose.axis, pose.tip);
@@ -154,12 +165,16 @@ function makeScene(gl, data, part, motion) {
     if (model.border) drawLines(model.border, gl.LINES, 0.8);
     if (look.rulings) drawLines(model.rulings, gl.LINES, 0.6);
     if (look.path) drawLines(model.path, gl.LINE_STRIP, 0.9);
-    if (pose && look.tool === "clear") {
-      gl.useProgram(surface.linked);
-      gl.enable(gl.CULL_FACE);
-      tool(0.45);
-      gl.disable(gl.CULL_FACE);
+    gl.useProgram(surface.linked);
+    gl.enable(gl.CULL_FACE);
+    if (pose && look.tool === "clear") tool(0.45);
+    if (look.machine) {
+      // Whatever of the machine stands behind something clear shows through it.
+      gl.depthMask(false);
+      drawBodies(false, MACHINE_COLOUR, MACHINE_OPACITY);
+      gl.depthMask(true);
     }
+    gl.disable(gl.CULL_FACE);
     gl.disable(gl.BLEND);
   };
 }

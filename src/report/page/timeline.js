@@ -22,10 +22,12 @@ function locate(times, time) {
   return { at: low, next, share: span > 0 ? clamp((time - times[low]) / span, 0, 1) : 0 };
 }
 
-/** Tip and axis at a time. */
+/** Tip and axis at a time, and between which samples it lies. */
 function poseAt(motion, time) {
-  const { at, next, share } = locate(motion.times, time);
+  const sample = locate(motion.times, time);
+  const { at, next, share } = sample;
   return {
+    sample,
     tip: mix(triple(motion.tips, at), triple(motion.tips, next), share),
     axis: unit(mix(triple(motion.axes, at), triple(motion.axes, next), share)),
   };
