@@ -49,6 +49,7 @@ pub(super) fn page(data: &ReportData) -> String {
         "surroundings_hidden" => hidden(data.surroundings.is_empty()),
         "fixtures_hidden" => hidden(!data.bodies.iter().any(|body| body.fixture)),
         "machine_hidden" => hidden(!data.bodies.iter().any(|body| !body.fixture)),
+        "all_hidden" => hidden(data.bodies.is_empty()),
         "legend" => data.part.as_ref().map(legend).unwrap_or_default(),
         "findings" => findings(data),
         "axes" => axes(data),

@@ -26,6 +26,12 @@ function makeCamera(canvas, ball, reach, from, upward, covered, changed) {
     camera.distance = (Math.max(0.9, 1.05 / wide) * ball.radius) / Math.sin(FIELD_OF_VIEW / 2);
     changed();
   };
+  /** Stands back from where it looks until everything within `reach` is in the picture. */
+  camera.fitAll = () => {
+    camera.target = ball.centre;
+    camera.distance = (0.9 * reach) / Math.sin(FIELD_OF_VIEW / 2);
+    changed();
+  };
   camera.reset = () => camera.fit(from, upward);
   camera.turn = (dx, dy) => {
     const back = add(add(camera.back, scale(camera.right, -dx)), scale(camera.up, dy));
@@ -39,7 +45,7 @@ function makeCamera(canvas, ball, reach, from, upward, covered, changed) {
   };
   /** Zooms by a factor, keeping the place at a canvas position (in -1..1) where it is. */
   camera.zoom = (factor, x = 0, y = 0) => {
-    const next = clamp(camera.distance * factor, 0.01 * ball.radius, 20 * ball.radius);
+    const next = clamp(camera.distance * factor, 0.01 * ball.radius, Math.max(20 * ball.radius, 6 * reach));
     const half = (camera.distance - next) * Math.tan(FIELD_OF_VIEW / 2);
     const wide = canvas.clientWidth / canvas.clientHeight;
     camera.target = add(camera.target, add(scale(camera.right, (x - shift()) * half * wide), scale(camera.up, y * half)));

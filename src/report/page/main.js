@@ -137,7 +137,8 @@ function listenToTools(camera) {
   const views = { x: [[1, 0, 0], [0, 0, 1]], y: [[0, -1, 0], [0, 0, 1]], z: [[0, 0, 1], [0, 1, 0]] };
   for (const button of tools.querySelectorAll("[data-view]")) {
     const view = views[button.dataset.view];
-    button.addEventListener("click", () => (view ? camera.fit(...view) : camera.reset()));
+    const all = button.dataset.view === "all";
+    button.addEventListener("click", () => (view ? camera.fit(...view) : all ? camera.fitAll() : camera.reset()));
   }
   canvas.addEventListener("keydown", (event) => {
     if (event.key !== " " || !timeline) return;
