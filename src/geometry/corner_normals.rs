@@ -235,7 +235,7 @@ fn graph_normal(vertex: &Point, normal: &Direction, edges: &[[Point; 2]]) -> Opt
         right += row * (way.dot(normal) * weight);
     }
     let least = square.symmetric_eigenvalues().min();
-    if !(least > TOLD * square.trace() / TERMS as f64) {
+    if least.is_nan() || least <= TOLD * square.trace() / TERMS as f64 {
         return None;
     }
     let slopes = square.cholesky()?.solve(&right);

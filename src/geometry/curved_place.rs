@@ -281,7 +281,7 @@ fn newton(patch: &CubicTriangle, w: &Barycentric, p: &Point, ways: &[[f64; 2]]) 
             let upward = a > 0.0 && a * c - b * b > 0.0;
             let [a, b, c] = if upward { [a, b, c] } else { entries.map(|(flat, _)| flat) };
             let determinant = a * c - b * b;
-            if !(determinant > 0.0) {
+            if determinant.is_nan() || determinant <= 0.0 {
                 return [0.0; 2];
             }
             let (f, g) = (off.dot(&along(*first)), off.dot(&along(*second)));

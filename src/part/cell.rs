@@ -145,6 +145,16 @@ mod tests {
         DesignSurface::Spline(OrientedSpline::new(surface, false).unwrap())
     }
 
+    /// How far a place of a cell is from the flat triangle, and how far its normal is from the cell's.
+    fn at_a_place(surface: &DesignSurface, cell: &Cell, (a, b): (f64, f64)) -> (f64, f64) {
+        let (a, b) = if a + b > 1.0 { (1.0 - a, 1.0 - b) } else { (a, b) };
+        let weights = [1.0 - a - b, a, b];
+        let [p, q, r] = &cell.corners;
+        let exact = surface.between([p, q, r], weights);
+        let flat = p.point.coords * weights[0] + q.point.coords * weights[1] + r.point.coords * weights[2];
+        ((exact.point.coords - flat).norm(), (exact.normal.0.into_inner() - cell.normal).norm())
+    }
+
     proptest! {
         #[test]
         fn no_point_of_a_cell_is_beyond_its_bounds(
@@ -159,13 +169,8 @@ mod tests {
             for k in 0..times {
                 cell = cells.quarters(&cell)[(pick >> k) & 3];
             }
-            let (a, b) = if a + b > 1.0 { (1.0 - a, 1.0 - b) } else { (a, b) };
-            let weights = [1.0 - a - b, a, b];
-            let [p, q, r] = &cell.corners;
-            let exact = surface.between([p, q, r], weights);
-            let flat = p.point.coords * weights[0] + q.point.coords * weights[1] + r.point.coords * weights[2];
-            prop_assert!((exact.point.coords - flat).norm() <= cell.bulge + 1e-12);
-            prop_assert!((exact.normal.0.into_inner() - cell.normal).norm() <= cell.turn + 1e-12);
+            let (beyond, turned) = at_a_place(&surface, &cell, (a, b));
+            prop_assert!(beyond <= cell.bulge + 1e-12 && turned <= cell.turn + 1e-12);
         }
     }
 
@@ -196,13 +201,8 @@ mod tests {
             for k in 0..times {
                 cell = cells.quarters(&cell)[(pick >> k) & 3];
             }
-            let (a, b) = if a + b > 1.0 { (1.0 - a, 1.0 - b) } else { (a, b) };
-            let weights = [1.0 - a - b, a, b];
-            let [p, q, r] = &cell.corners;
-            let exact = surface.between([p, q, r], weights);
-            let flat = p.point.coords * weights[0] + q.point.coords * weights[1] + r.point.coords * weights[2];
-            prop_assert!((exact.point.coords - flat).norm() <= cell.bulge + 1e-12);
-            prop_assert!((exact.normal.0.into_inner() - cell.normal).norm() <= cell.turn + 1e-12);
+            let (beyond, turned) = at_a_place(&surface, &cell, (a, b));
+            prop_assert!(beyond <= cell.bulge + 1e-12 && turned <= cell.turn + 1e-12);
         }
     }
 

@@ -1,24 +1,7 @@
-//! Rigid bodies beside the part, as the page shows them: bodies of the machine, which move with its axes, and fixtures.
-//! Uses `geometry` and the other files of this module.
+//! The forms of rigid bodies as triangles that the page can draw. Uses `geometry` and the other files of this module.
 
-use super::data::{Mesh, ReportError};
-use crate::geometry::{Point, RigidMotion, Vector};
-
-/// A body on the page.
-#[derive(Clone, Debug, Default)]
-pub struct BodyView {
-    /// Its name.
-    pub name: String,
-    /// Whether it belongs to the setup and not to the machine.
-    pub fixture: bool,
-    /// Its form: part frame where it stands with the part, else as its link's motions take it there.
-    pub mesh: Mesh,
-    /// Index of the link that it moves with; none where it stands with the part.
-    pub link: Option<usize>,
-}
-
-/// Where a link of the machine is, seen from the part: what takes its bodies to the part frame, one a sample of the motion.
-pub type LinkTrack = Vec<RigidMotion>;
+use super::data::Mesh;
+use crate::geometry::{Point, Vector};
 
 /// Sides of a drawn cylinder.
 const AROUND: usize = 48;
@@ -84,25 +67,6 @@ impl Mesh {
     }
 }
 
-/// Refuses bodies that are not finite, or whose link is not known all the time.
-pub(super) fn check(bodies: &[BodyView], links: &[LinkTrack], samples: usize) -> Result<(), ReportError> {
-    for track in links {
-        super::data::count("places of a link", track.len(), samples)?;
-        let numbers = track.iter().flat_map(|motion| {
-            let (turn, way) = (motion.rotation.coords, motion.translation.vector);
-            [turn.x, turn.y, turn.z, turn.w, way.x, way.y, way.z]
-        });
-        super::data::finite("place of a link", numbers)?;
-    }
-    for body in bodies {
-        body.mesh.check()?;
-        if let Some(link) = body.link.filter(|link| *link >= links.len()) {
-            return Err(ReportError::Count { what: "link of a body", found: link, wanted: links.len() });
-        }
-    }
-    Ok(())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -134,14 +98,5 @@ mod tests {
         let cylinder = Mesh::cylinder(&Point::new(1.0, 2.0, 3.0), &Vector::new(0.0, 0.6, 0.8), 5.0, 10.0);
         let disc = 0.5 * AROUND as f64 * 25.0 * (std::f64::consts::TAU / AROUND as f64).sin();
         assert!((volume(&cylinder) - 10.0 * disc).abs() < 1e-9);
-    }
-
-    #[test]
-    fn links_without_their_places_are_refused() {
-        let body = BodyView { link: Some(1), ..BodyView::default() };
-        assert!(check(std::slice::from_ref(&body), &[vec![RigidMotion::identity()]], 1).is_err());
-        assert!(check(&[], &[vec![RigidMotion::identity()]], 2).is_err());
-        let standing = BodyView { link: None, ..body };
-        assert!(check(&[standing], &[vec![RigidMotion::identity(); 2]], 2).is_ok());
     }
 }

@@ -2,8 +2,7 @@
 //!
 //! Uses `geometry` and `tool`. Lengths mm, times seconds, part frame, unless a field says otherwise.
 
-use super::body::{self, BodyView, LinkTrack};
-use crate::geometry::{Point, Vector};
+use crate::geometry::{Point, RigidMotion, Vector};
 use crate::tool::{Element, Section, Tool};
 
 /// Everything on one report page.
@@ -64,6 +63,22 @@ pub struct Mesh {
     /// Indices into `points`, counterclockwise seen from outside.
     pub triangles: Vec<[u32; 3]>,
 }
+
+/// A body on the page.
+#[derive(Clone, Debug, Default)]
+pub struct BodyView {
+    /// Its name.
+    pub name: String,
+    /// Whether it belongs to the setup and not to the machine.
+    pub fixture: bool,
+    /// Its form: part frame where it stands with the part, else as its link's motions take it there.
+    pub mesh: Mesh,
+    /// Index of the link that it moves with; none where it stands with the part.
+    pub link: Option<usize>,
+}
+
+/// Where a link of the machine is, seen from the part: what takes its bodies to the part frame, one a sample of the motion.
+pub type LinkTrack = Vec<RigidMotion>;
 
 /// The part with what was measured on it; each list has one entry a corner of the mesh.
 #[derive(Clone, Debug, Default)]
@@ -251,7 +266,7 @@ pub enum ReportError {
     },
 }
 
-pub(super) fn finite(what: &'static str, numbers: impl IntoIterator<Item = f64>) -> Result<(), ReportError> {
+fn finite(what: &'static str, numbers: impl IntoIterator<Item = f64>) -> Result<(), ReportError> {
     // The page holds 32-bit floats; what overflows them cannot be shown either.
     match numbers.into_iter().position(|n| !(n as f32).is_finite()) {
         Some(index) => Err(ReportError::NotFinite { what, index }),
@@ -259,12 +274,12 @@ pub(super) fn finite(what: &'static str, numbers: impl IntoIterator<Item = f64>)
     }
 }
 
-pub(super) fn count(what: &'static str, found: usize, wanted: usize) -> Result<(), ReportError> {
+fn count(what: &'static str, found: usize, wanted: usize) -> Result<(), ReportError> {
     if found == wanted { Ok(()) } else { Err(ReportError::Count { what, found, wanted }) }
 }
 
 impl Mesh {
-    pub(super) fn check(&self) -> Result<(), ReportError> {
+    fn check(&self) -> Result<(), ReportError> {
         count("normals of a mesh", self.normals.len(), self.points.len())?;
         finite("coordinate of a mesh", self.points.iter().flat_map(|p| [p.x, p.y, p.z]))?;
         finite("normal component of a mesh", self.normals.iter().flat_map(|n| [n.x, n.y, n.z]))?;
@@ -274,6 +289,25 @@ impl Mesh {
             None => Ok(()),
         }
     }
+}
+
+/// Refuses bodies that are not finite, or whose link is not known all the time.
+fn check_bodies(bodies: &[BodyView], links: &[LinkTrack], samples: usize) -> Result<(), ReportError> {
+    for track in links {
+        count("places of a link", track.len(), samples)?;
+        let numbers = track.iter().flat_map(|motion| {
+            let (turn, way) = (motion.rotation.coords, motion.translation.vector);
+            [turn.x, turn.y, turn.z, turn.w, way.x, way.y, way.z]
+        });
+        finite("place of a link", numbers)?;
+    }
+    for body in bodies {
+        body.mesh.check()?;
+        if let Some(link) = body.link.filter(|link| *link >= links.len()) {
+            return Err(ReportError::Count { what: "link of a body", found: link, wanted: links.len() });
+        }
+    }
+    Ok(())
 }
 
 impl PartView {
@@ -318,7 +352,7 @@ impl ReportData {
         for mesh in &self.surroundings {
             mesh.check()?;
         }
-        body::check(&self.bodies, &self.links, self.timeline.samples.len())?;
+        check_bodies(&self.bodies, &self.links, self.timeline.samples.len())?;
         if let Some(part) = &self.part {
             part.check()?;
         }

@@ -13,10 +13,9 @@ mod payload;
 mod plot;
 mod sarif;
 
-pub use body::{BodyView, LinkTrack};
 pub use data::{
-    AxisTrack, Figure, Finding, Mesh, PartView, ProfileSection, ReportData, ReportError, Ruling, SlowRow, StripRow,
-    Timeline, ToolSample, TrackKind, Verdict, tool_outline,
+    AxisTrack, BodyView, Figure, Finding, LinkTrack, Mesh, PartView, ProfileSection, ReportData, ReportError, Ruling,
+    SlowRow, StripRow, Timeline, ToolSample, TrackKind, Verdict, tool_outline,
 };
 
 pub use sarif::{junit, sarif};

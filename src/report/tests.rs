@@ -296,6 +296,9 @@ fn bodies_have_their_switches_where_there_are_any() {
     let page = html(&data).unwrap();
     assert!(page.contains("<label hidden><input type=\"checkbox\" id=\"machine\""));
     assert!(page.contains("<label><input type=\"checkbox\" id=\"fixtures\""));
+    data.bodies[0].link = Some(1);
+    let refused = html(&data).unwrap_err();
+    assert!(matches!(refused, ReportError::Count { what: "link of a body", found: 1, wanted: 1 }), "{refused}");
     data.links[0].pop();
     let refused = html(&data).unwrap_err();
     assert!(matches!(refused, ReportError::Count { what: "places of a link", .. }), "{refused}");
