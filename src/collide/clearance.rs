@@ -108,12 +108,10 @@ impl Clearance<'_> {
             let known = found.iter().position(|f| f.section == section && f.obstacle == obstacle);
             let ceiling = known.map_or(margin, |k| found[k].clearance);
             let crossed = self.nearest_in_time(&one.sweep, piece, body, ceiling);
-            let (share, point, clearance) = match (crossed, swallowed(&one.sweep, piece, body)) {
-                (Some(look), None) => (look.share, look.point, look.attained),
-                (Some(look), _) if look.attained < 0.0 => (look.share, look.point, look.attained),
-                (_, Some((point, depth))) if -depth < ceiling => (0.0, point, -depth),
-                _ => continue,
-            };
+            let crossed = crossed.map(|look| (look.share, look.point, look.attained));
+            let inside = || swallowed(&one.sweep, piece, body).filter(|(.., clearance)| *clearance < ceiling);
+            let seen = crossed.filter(|(.., clearance)| *clearance < 0.0).or_else(inside).or(crossed);
+            let Some((share, point, clearance)) = seen else { continue };
             let approach = Approach { index, share, section, obstacle, point, clearance };
             match known {
                 Some(k) => found[k] = approach,
@@ -171,9 +169,10 @@ impl Clearance<'_> {
     }
 }
 
-/// Where and how deep a piece that crosses no skin during a sweep lies inside an obstacle.
-fn swallowed(sweep: &impl Sweep, piece: &Piece, body: &Obstacle) -> Option<(Point, f64)> {
-    body.depth_of(&sweep.pose(0.0).at_height(piece.low.height))
+/// How deep a piece that crosses no skin during a sweep lies inside an obstacle: share, place on the skin, clearance.
+fn swallowed(sweep: &impl Sweep, piece: &Piece, body: &Obstacle) -> Option<(f64, Point, f64)> {
+    let (point, depth) = body.depth_of(&sweep.pose(0.0).at_height(piece.low.height))?;
+    Some((0.0, point, -depth))
 }
 
 /// What is known of an interval.

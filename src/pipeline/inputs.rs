@@ -256,6 +256,21 @@ mod tests {
     }
 
     #[test]
+    fn every_file_that_is_followed_is_in_the_hash() {
+        const PART: &[u8] = br#"{"format": "regulus-bspline", "version": 1, "degree": [1, 1], "knots_u": [0, 0, 1, 1],
+            "knots_v": [0, 0, 1, 1], "control": [[[0, 0, 0], [0, 9, 0]], [[9, 0, 0], [9, 9, 0]]]}"#;
+        const BODY: &[u8] = b"v 0 0 0\nv 9 0 0\nv 0 9 0\nv 0 0 9\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n";
+        let (job, machine) = (job(""), Machine::named("xyzac-trt").unwrap());
+        let text = job.text().to_owned();
+        let files = PartFiles::alone(InputFile { name: "p.json", bytes: PART });
+        let inputs = Inputs::read(job, &files, &machine, "machine").unwrap().with_machine_source(b"head");
+        assert_eq!(inputs.hash, hash(&[text.as_bytes(), PART, b"machine", b"head"]));
+        let inputs = inputs.with_stock_file(InputFile { name: "stock.obj", bytes: BODY }).unwrap();
+        let inputs = inputs.with_fixture_file(0, InputFile { name: "jaw.obj", bytes: BODY }).unwrap();
+        assert_eq!(inputs.hash, hash(&[text.as_bytes(), PART, b"machine", b"head", BODY, BODY]));
+    }
+
+    #[test]
     fn the_job_overrules_the_machine_file() {
         let machine = Machine::named("xyzac-trt").unwrap();
         assert_eq!(machine_of_job(&machine, &job("")).unwrap(), machine);
