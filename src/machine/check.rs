@@ -285,6 +285,18 @@ mod tests {
         }
     }
 
+    /// Programs begin there and end there: a spindle that stood lower could go through the part on the first way.
+    #[test]
+    fn spindles_of_machines_that_come_along_go_home_to_their_upper_end() {
+        for (name, _) in super::super::BUILTIN {
+            let machine = Machine::named(name).unwrap();
+            if machine.control.options.retract_lines.iter().any(|line| line.contains("G28")) {
+                let home = machine.control.reference_positions.first().map_or(0.0, |position| position[2]);
+                assert_eq!(home, machine.linear[2].max, "{name}");
+            }
+        }
+    }
+
     #[test]
     fn poles_lie_along_the_axis_nearer_the_part() {
         let poles = |name: &str| check(&Machine::named(name).unwrap()).unwrap().poles;
