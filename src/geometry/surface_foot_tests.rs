@@ -149,6 +149,19 @@ proptest! {
     }
 
     #[test]
+    fn the_quick_foot_is_as_far_away_as_the_exact_one(
+        p in point_within([-2.0, -2.0, -1.0], [32.0, 22.0, 4.0]), off in -1.0..1.0f64,
+    ) {
+        let surface = wavy(&[0.0, 0.6, -0.4, 0.9, 0.2]);
+        let exact = surface.closest(&p);
+        let near = (exact.u + 0.01 * off, exact.v - 0.02 * off);
+        let (u, v, jet) = surface.jet_closest_from(&p, near);
+        let exact = surface.closest_from(&p, near);
+        prop_assert!((jet.point - surface.extended_jet(u, v).point).norm() < 1e-12);
+        prop_assert!(((p - jet.point).norm() - exact.distance).abs() < 1e-12 * (1.0 + exact.distance), "{exact:?}");
+    }
+
+    #[test]
     fn cylinder_and_sphere_have_their_closed_forms(
         angle in 0.01..1.56f64, z in 0.5..29.5f64, latitude in -0.78..0.78f64, d in -9.0..40.0f64,
     ) {

@@ -4,7 +4,7 @@ use super::chart::{Chart, Frame};
 use super::fit::{BODY_MARGIN, SphereFamily, side_foot};
 use super::touch::{Hint, NoTouch, Probe};
 use crate::envelope::NoContact;
-use crate::motion::RuledMotion;
+use crate::geometry::Point;
 
 /// Deviation of one strip's envelope from the part, over the part of the surface that it covers.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -153,7 +153,9 @@ pub(super) fn survey(
         let ends = [near.first(), near.last()].map(|end| end.copied().flatten().map(|hint| hint.place));
         let [low, high] =
             [ends[0].unwrap_or((borders.low, borders.first)), ends[1].unwrap_or((borders.high, borders.first))];
-        let gouge = gouge_beside(probe.chart, probe.family, probe.motion, (t, [low, high])).ok_or(degenerate)?;
+        let (lower, upper) = (probe.motion.lower.point(t), probe.motion.upper.point(t));
+        let stance = Stance { lower, upper, lower_height: probe.motion.lower_height, feet: [low, high] };
+        let gouge = gouge_beside(probe.chart, probe.family, &stance).ok_or(degenerate)?.depth;
         worst.outside = worst.outside.max(gouge);
         gouges.push(gouge);
     }
@@ -163,32 +165,52 @@ pub(super) fn survey(
 /// Spans of the flutes above the strip at which their clearance is judged.
 const SPANS_ABOVE: usize = 8;
 
-/// Deepest gouge, mm, at `t` by the tool's spheres above and below the rails; the feet of these are `low` and `high`.
-fn gouge_beside(
-    chart: &Chart<'_>,
-    family: &SphereFamily,
-    motion: &RuledMotion,
-    (t, [low, high]): (f64, [(f64, f64); 2]),
-) -> Option<f64> {
-    let (lower, upper) = (motion.lower.point(t), motion.upper.point(t));
+/// The tool at one instant, its axis through two rail points.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Stance {
+    /// Point on the lower rail, mm.
+    pub(super) lower: Point,
+    /// Point on the upper rail, mm.
+    pub(super) upper: Point,
+    /// Height above the tip of the point on the lower rail, mm.
+    pub(super) lower_height: f64,
+    /// Chart coordinates of their feet, about.
+    pub(super) feet: [(f64, f64); 2],
+}
+
+/// Where the tool beside the strip cuts deepest.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Gouge {
+    /// Depth, mm; not positive where all is clear.
+    pub(super) depth: f64,
+    /// Height above the tip, mm.
+    pub(super) height: f64,
+    /// Place on the part.
+    pub(super) at: Point,
+}
+
+/// The deepest gouge by the tool's spheres above and below the rails, by its shank and its holder. `None` where the
+/// surface has no normal.
+pub(super) fn gouge_beside(chart: &Chart<'_>, family: &SphereFamily, stance: &Stance) -> Option<Gouge> {
+    let Stance { lower, upper, lower_height, feet: [low, high] } = *stance;
     let length = (upper - lower).norm();
     let axis = (upper - lower) / length;
-    let top = motion.lower_height + length;
+    let top = lower_height + length;
     let above = (0..=SPANS_ABOVE).map(|i| {
         let height = top + (family.highest() - top).max(0.0) * i as f64 / SPANS_ABOVE as f64;
         (height, family.radius(height).0)
     });
-    let mut deepest: f64 = 0.0;
+    let mut deepest = Gouge { depth: 0.0, height: top, at: upper };
     let flutes = above.chain(family.below().iter().copied()).map(|sphere| (sphere, false));
     let body = family.body().iter().map(|sphere| (*sphere, true));
     let mut near = high;
     for ((height, radius), straight) in flutes.chain(body) {
-        if (motion.lower_height..top).contains(&height) {
+        if (lower_height..top).contains(&height) {
             continue;
         }
-        let centre = lower + axis * (height - motion.lower_height);
+        let centre = lower + axis * (height - lower_height);
         // Each foot is looked for from its neighbour's: farther away another one may be found.
-        let from = if height < motion.lower_height { low } else { near };
+        let from = if height < lower_height { low } else { near };
         let foot = chart.foot(&centre, from)?;
         if height >= top {
             near = foot.frame.place;
@@ -199,8 +221,8 @@ fn gouge_beside(
         } else {
             (foot, radius - foot.distance, 0.0)
         };
-        if foot.frame.within(margin) {
-            deepest = deepest.max(depth);
+        if foot.frame.within(margin) && depth > deepest.depth {
+            deepest = Gouge { depth, height, at: foot.frame.point };
         }
     }
     Some(deepest)

@@ -3,7 +3,7 @@
 
 use super::field::Field;
 use crate::geometry::extend::extended;
-use crate::geometry::{Point, SplineSurface, Vector};
+use crate::geometry::{Point, SplineSurface, SurfaceJet, Vector};
 use crate::part::OrientedSpline;
 use nalgebra::Matrix2;
 use std::sync::Arc;
@@ -147,8 +147,7 @@ impl<'a> Chart<'a> {
         (u0 + s * (u1 - u0), v0 + t * (v1 - v0))
     }
 
-    fn frame_at(&self, u: f64, v: f64) -> Option<Frame> {
-        let jet = self.surface().extended_jet(u, v);
+    fn frame_at(&self, (u, v): (f64, f64), jet: &SurfaceJet) -> Option<Frame> {
         let normal = jet.normal()?.into_inner();
         let normal = if self.spline.flip() { -normal } else { normal };
         let [(u0, u1), (v0, v1)] = self.domain();
@@ -188,7 +187,7 @@ impl<'a> Chart<'a> {
     /// The frame at chart coordinates; `None` where the surface has no normal.
     pub(super) fn frame(&self, place: (f64, f64)) -> Option<Frame> {
         let (u, v) = self.parameters(place, true);
-        self.frame_at(u, v)
+        self.frame_at((u, v), &self.surface().extended_jet(u, v))
     }
 
     /// Normal curvature at a place of the surface, 1/mm, along `direction`: positive where the surface is hollow, as
@@ -201,19 +200,19 @@ impl<'a> Chart<'a> {
 
     /// The foot of `p` on the extended surface, found from a place nearby.
     pub(super) fn foot(&self, p: &Point, near: (f64, f64)) -> Option<ChartFoot> {
-        let foot = self.surface().closest_from(p, self.parameters(near, false));
-        self.foot_at(p, foot.u, foot.v)
+        let (u, v, jet) = self.surface().jet_closest_from(p, self.parameters(near, false));
+        self.foot_at(p, (u, v), &jet)
     }
 
     /// The foot of `p` on the extended surface, nothing known.
     pub(super) fn nearest(&self, p: &Point) -> Option<ChartFoot> {
         let inside = self.surface().closest(p);
-        let foot = self.surface().closest_from(p, (inside.u, inside.v));
-        self.foot_at(p, foot.u, foot.v)
+        let (u, v, jet) = self.surface().jet_closest_from(p, (inside.u, inside.v));
+        self.foot_at(p, (u, v), &jet)
     }
 
-    fn foot_at(&self, p: &Point, u: f64, v: f64) -> Option<ChartFoot> {
-        let frame = self.frame_at(u, v)?;
+    fn foot_at(&self, p: &Point, at: (f64, f64), jet: &SurfaceJet) -> Option<ChartFoot> {
+        let frame = self.frame_at(at, jet)?;
         let distance = (p - frame.point).dot(&frame.normal);
         distance.is_finite().then_some(ChartFoot { frame, distance })
     }

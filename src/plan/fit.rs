@@ -34,11 +34,20 @@ impl SphereFamily {
     pub(super) fn new(tool: &Tool, from: f64) -> Option<Self> {
         let samples = 400;
         let top = tool.flute_length();
-        let mut table: Vec<Contact> = (0..=samples)
-            .filter_map(|i| tool.contact_at(from + (top - from) * f64::from(i) / f64::from(samples)))
-            .filter(|c| c.normal_radial > 1e-3)
-            .collect();
-        table.dedup_by(|b, a| b.sphere_height() - a.sphere_height() < 1e-12);
+        let mut heights: Vec<f64> =
+            (0..=samples).map(|i| from + (top - from) * f64::from(i) / f64::from(samples)).collect();
+        heights.extend(tool.flutes().iter().map(|e| e.start().height).filter(|h| (from..top).contains(h)));
+        heights.sort_by(f64::total_cmp);
+        let contacts = heights.into_iter().filter_map(|height| tool.contact_at(height));
+        let mut table: Vec<Contact> = contacts.filter(|c| c.normal_radial > 1e-3).collect();
+        // Of a ball, which is one sphere, the flank begins where the next element does.
+        table.dedup_by(|b, a| {
+            let rise = b.sphere_height() - a.sphere_height();
+            if rise.abs() < SAME_SPHERE {
+                *a = *b;
+            }
+            rise < SAME_SPHERE
+        });
         let flank: Vec<(f64, f64)> = table.iter().map(|c| (c.sphere_height(), c.sphere_radius())).collect();
         let below = (0..=FLUTES_BELOW)
             .filter_map(|i| tool.contact_at(from * i as f64 / FLUTES_BELOW as f64))
@@ -374,6 +383,8 @@ impl<'a> StripFit<'a> {
     }
 }
 
+/// Height, mm, between the centres of spheres that count as one.
+const SAME_SPHERE: f64 = 1e-9;
 /// Weight of rails that lie farther apart than the flank reaches, against 1 for a deviation.
 const REACH: f64 = 300.0;
 /// Weight of axes that the machine does not make: no deviation is worth them.

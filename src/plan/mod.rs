@@ -5,6 +5,7 @@ mod assess;
 mod attainable;
 mod chart;
 pub mod choice;
+mod counts;
 mod explain;
 mod field;
 mod fit;

@@ -2,13 +2,14 @@
 
 use super::assess::Borders;
 use super::chart::{Chart, Frame};
+use super::counts::{Counts, Range, Trial, fewest};
 use super::fit::SphereFamily;
 use super::forecast::{bare_error, evened, evened_ahead, strip_error};
 use super::layout::{Choice, choose_layout};
 use super::limits::Limits;
 use super::link::chart_passes;
-use super::start::{Band, ruling};
-use super::strip::{Effort, FittedStrip, Resolution, fit_strip, lay_strip};
+use super::start::{Band, StripStart, ruling};
+use super::strip::{Effort, FittedStrip, Resolution, StripError, fit_strip, lay_strip, prepare_strip};
 use super::{Method, PlanRequest, Progress, Stage, Strategy, StrategyKind};
 use crate::diagnostic::{Diagnostic, Result};
 use crate::geometry::Point;
@@ -17,8 +18,6 @@ use crate::part::OrientedSpline;
 use crate::tool::Tool;
 use rayon::prelude::*;
 
-/// Strips tried when the number is free.
-const MOST_STRIPS: usize = 80;
 /// Least overlap of strips over each other and over the surface's borders, mm, and as a share of a short flank.
 const OVERLAP: f64 = 0.25;
 const OVERLAP_SHARE: f64 = 0.03;
@@ -32,22 +31,10 @@ const MUST_OVERLAP: f64 = 0.33;
 const SLACK: f64 = 4e-4;
 /// How far beyond the surface, as a share of its size, a ruling no longer tells what the flank must reach.
 const ASIDE: f64 = 0.1;
-/// Numbers of strips tried at most where the tolerance decides.
-const TRIES: usize = 5;
-/// Error of one strip fewer, as a share of the limit, beyond which it is not tried.
-const HOPELESS: f64 = 1.6;
 /// Strips fitted first where the number may still change: those foreseen to err most.
 const PROBED: usize = 8;
 /// Share of the limits from which on their errors miss them so clearly that the rest is not fitted.
 const MISSED: f64 = 1.5;
-/// Largest foreseen error, as a share of the limits, of a number of strips that is worth fitting.
-const PROMISING: f64 = 1.6;
-/// The same for fewer strips than hold already: what is foreseen before the fit is often too much.
-const TEMPTING: f64 = 6.0;
-/// Numbers of strips for which errors are foreseen at most.
-const FORECASTS: usize = 6;
-/// Share of the error before at which more strips no longer help.
-const NO_BETTER: f64 = 0.9;
 /// Share of the limits below which foreseen errors are left as they are.
 const FORESEEN: f64 = 0.3;
 /// Ratio of the largest strain to the mean from which on borders are moved once more.
@@ -61,12 +48,12 @@ const ENOUGH_GIVEN: f64 = 0.1;
 /// Linearizations of one strip toward the least largest error.
 const ROUNDS: usize = 40;
 
-/// What came of a number of strips.
-enum Trial {
-    /// All strips.
-    Whole(Vec<FittedStrip>),
-    /// The largest error of those fitted, as a share of the limits.
-    Missed(f64),
+/// A strip about to be fitted.
+struct Ready {
+    band: Band,
+    resolution: Resolution,
+    /// None where the rulings are not fitted.
+    start: Option<StripStart>,
 }
 
 /// One planning run.
@@ -99,85 +86,12 @@ impl<'a> Planner<'a> {
         if let Some(count) = fixed {
             return self.even(count);
         }
-        self.fewest()
+        fewest(self, Range { least: self.least, predicted: self.predicted })
     }
 
-    /// The fewest strips within tolerance: from the number that promises to hold down while it does, or up until it does.
-    /// Where more strips no longer help, or after a few tries, the best so far stands, and its verdict says what it misses.
-    fn fewest(&self) -> Result<Vec<FittedStrip>> {
-        let mut count = self.promising(self.predicted.clamp(self.least, self.least.max(MOST_STRIPS)))?;
-        let mut best: Option<(f64, Vec<FittedStrip>)> = None;
-        // The least strain of what was given up, and the number of strips that had it.
-        let mut missed: Option<(f64, usize)> = None;
-        let mut refused = None;
-        let (mut failed, mut strain_before) = (0, f64::INFINITY);
-        for _ in 0..TRIES {
-            let found = self.trial(count);
-            let strain = match &found {
-                Ok(Trial::Whole(strips)) => self.strain(strips),
-                Ok(Trial::Missed(strain)) => *strain,
-                Err(_) => f64::INFINITY,
-            };
-            match found {
-                Ok(Trial::Whole(strips)) if best.as_ref().is_none_or(|(least, _)| strain < least.max(1.0)) => {
-                    best = Some((strain, strips));
-                }
-                Ok(Trial::Missed(_)) if missed.is_none_or(|(least, _)| strain < least) => {
-                    missed = Some((strain, count))
-                }
-                Ok(_) => {}
-                Err(error) => refused = Some(error),
-            }
-            let next = if strain <= 1.0 {
-                self.fewer(count, strain, failed)?
-            } else {
-                let within = best.as_ref().is_some_and(|(strain, _)| *strain <= 1.0);
-                let helps = count < self.predicted || strain < NO_BETTER * strain_before || strain.is_infinite();
-                let factor = if strain.is_finite() { strain.sqrt().clamp(1.0, 1.4) } else { 1.1 };
-                (failed, strain_before) = (failed.max(count), strain.min(strain_before));
-                if within || !helps { count } else { (count + 1).max((count as f64 * factor * 0.95) as usize) }
-            };
-            if next == count || next > MOST_STRIPS || self.request.observer.stopped() {
-                break;
-            }
-            count = next;
-        }
-        match (best, missed, refused) {
-            (Some((_, strips)), ..) => Ok(strips),
-            (None, Some((_, count)), _) => self.even(count),
-            (None, None, Some(error)) => Err(error),
-            (None, None, None) => self.even(self.predicted),
-        }
-    }
-
-    /// The next smaller number of strips worth trying after `count` that hold with `strain`; `count` where there is none.
-    fn fewer(&self, count: usize, strain: f64, failed: usize) -> Result<usize> {
-        // One strip fewer errs more, at least by the square of its width.
-        let wider = strain * (count as f64 / (count as f64 - 1.0)).powi(2);
-        if wider > HOPELESS {
-            return Ok(count);
-        }
-        let fewer = (count - 1).min((count as f64 * strain.sqrt()) as usize + 1).max(self.least).max(failed + 1);
-        Ok(if fewer >= count || self.foreseen(fewer)? > TEMPTING { count } else { fewer })
-    }
-
-    /// The fewest strips, counted from `count` up or down, whose foreseen errors leave hope.
-    fn promising(&self, mut count: usize) -> Result<usize> {
-        let mut foreseen = self.foreseen(count)?;
-        let falls = foreseen <= PROMISING;
-        for _ in 0..FORECASTS {
-            let next = if falls { count - 1 } else { count + 1 };
-            if next < self.least || next > MOST_STRIPS {
-                break;
-            }
-            foreseen = self.foreseen(next)?;
-            match (falls, foreseen <= PROMISING) {
-                (true, false) => break,
-                (false, true) => return Ok(next),
-                _ => count = next,
-            }
-        }
-        Ok(count)
+    fn whole_of(&self, strips: Vec<FittedStrip>) -> Trial<Vec<FittedStrip>> {
+        let strain = self.strain(&strips);
+        Trial::Whole(strips, strain)
     }
 
     fn strain(&self, strips: &[FittedStrip]) -> f64 {
@@ -201,11 +115,6 @@ impl<'a> Planner<'a> {
         evened_ahead(self.equal_borders(count)?, FORESEEN, strain, |borders| self.widest(borders))
     }
 
-    /// Largest error of `count` strips, foreseen, as a share of the limits.
-    fn foreseen(&self, count: usize) -> Result<f64> {
-        Ok(self.ahead(count, true)?.1.into_iter().fold(0.0, f64::max))
-    }
-
     /// `count` strips whose borders are where their errors are alike: as foreseen, and once more as found where that was
     /// far off.
     fn even(&self, count: usize) -> Result<Vec<FittedStrip>> {
@@ -215,30 +124,6 @@ impl<'a> Planner<'a> {
         let (borders, _) = self.ahead(count, false)?;
         let strips = self.fit(&borders)?;
         Ok(self.evened(&borders, strips))
-    }
-
-    /// The same, unless those strips that are foreseen to err most clearly miss the limits.
-    fn trial(&self, count: usize) -> Result<Trial> {
-        if count <= PROBED || self.request.strategy.method == Method::Rulings {
-            return self.even(count).map(Trial::Whole);
-        }
-        let (borders, foreseen) = self.ahead(count, true)?;
-        let mut order: Vec<usize> = (0..count).collect();
-        order.sort_by(|a, b| foreseen[*b].total_cmp(&foreseen[*a]));
-        let (mut strips, mut rest) = (Vec::with_capacity(count), order.as_slice());
-        while !rest.is_empty() {
-            let (next, later) = rest.split_at(rest.len().min(strips.len().max(PROBED)));
-            strips.extend(self.fit_some(&borders, next)?);
-            let strain = self.strain(&strips);
-            if strain > MISSED && !self.request.observer.stopped() {
-                return Ok(Trial::Missed(strain));
-            }
-            rest = later;
-        }
-        let mut placed: Vec<(usize, FittedStrip)> = order.into_iter().zip(strips).collect();
-        placed.sort_by_key(|(index, _)| *index);
-        let strips = placed.into_iter().map(|(_, strip)| strip).collect();
-        Ok(Trial::Whole(self.evened(&borders, strips)))
     }
 
     /// Strips fitted once more between moved borders where their errors were far from alike and that helps.
@@ -271,11 +156,11 @@ impl<'a> Planner<'a> {
         Limits { overcut: room(self.request.overcut_tolerance), undercut: room(self.request.undercut_tolerance) }
     }
 
-    /// With the number of strips given the error is to be as small as it can be; otherwise the tolerance decides.
-    fn enough(&self) -> f64 {
+    /// True where the number of strips is given: the error is then to be as small as it can be; otherwise the tolerance
+    /// decides.
+    fn is_given(&self) -> bool {
         let strategy = self.request.strategy;
-        let given = strategy.kind == StrategyKind::SingleSweep || strategy.strips.is_some();
-        if given { ENOUGH_GIVEN } else { ENOUGH }
+        strategy.kind == StrategyKind::SingleSweep || strategy.strips.is_some()
     }
 
     /// Fits every strip.
@@ -284,15 +169,20 @@ impl<'a> Planner<'a> {
         self.fit_some(borders, &all)
     }
 
-    /// Fits the strips of these indices, in their order.
+    /// Fits the strips of these indices, in their order; none where one of them has nothing to start from.
     fn fit_some(&self, borders: &[f64], indices: &[usize]) -> Result<Vec<FittedStrip>> {
-        let count = borders.len() - 1;
+        let named = |error, index: usize| name_strip(error, index, borders.len() - 1);
+        let ready: Vec<Result<Ready>> = indices
+            .par_iter()
+            .map(|index| self.ready((borders[*index], borders[*index + 1])).map_err(|e| named(e, *index)))
+            .collect();
+        let ready: Vec<Ready> = ready.into_iter().collect::<Result<_>>()?;
         let fitted: Vec<Result<FittedStrip>> = indices
             .par_iter()
-            .map(|index| {
-                let pair = (borders[*index], borders[*index + 1]);
-                let strip = self.fit_one(pair).map_err(|e| name_strip(e, *index, count))?;
-                self.note(*index, count, &strip);
+            .zip(&ready)
+            .map(|(index, ready)| {
+                let strip = self.fit_one(ready).map_err(|e| named(e, *index))?;
+                self.note(*index, borders.len() - 1, &strip);
                 Ok(strip)
             })
             .collect();
@@ -304,23 +194,30 @@ impl<'a> Planner<'a> {
         self.request.observer.note(&Progress { strips, stage: Stage::Strip(index), overcut, undercut });
     }
 
-    fn fit_one(&self, (low, high): (f64, f64)) -> Result<FittedStrip> {
+    fn ready(&self, (low, high): (f64, f64)) -> Result<Ready> {
         let (band, resolution) = self.band(low, high)?;
-        let (chart, tool, family) = (&self.chart, self.request.tool, &self.family);
-        let strategy = self.request.strategy;
-        let fitted = match strategy.method {
-            Method::Rulings => lay_strip(chart, tool, family, &band, &resolution),
+        let start = match self.request.strategy.method {
+            Method::Rulings => None,
             // The method of Rajain 2023 has its own planner.
             Method::Regulus | Method::Rajain2023 => {
-                let observer = self.request.observer;
-                let fairness = 1e-9 * strategy.fairness;
-                let effort = Effort { fairness, rounds: ROUNDS, enough: self.enough(), observer };
-                fit_strip(chart, tool, family, &band, (&resolution, &self.limits()), &effort)
+                Some(prepare_strip(&self.chart, &self.family, &band, &self.limits()).map_err(|e| unfit(&e))?)
             }
         };
-        fitted.map_err(|e| {
-            Diagnostic::error(e.to_string()).help("use more strips, a shorter or slimmer tool, or another direction")
-        })
+        Ok(Ready { band, resolution, start })
+    }
+
+    fn fit_one(&self, ready: &Ready) -> Result<FittedStrip> {
+        let Ready { band, resolution, start } = ready;
+        let (chart, tool, family) = (&self.chart, self.request.tool, &self.family);
+        let strategy = self.request.strategy;
+        let Some(start) = start else {
+            return lay_strip(chart, tool, family, band, resolution).map_err(|e| unfit(&e));
+        };
+        let observer = self.request.observer;
+        let fairness = 1e-9 * strategy.fairness;
+        let enough = if self.is_given() { ENOUGH_GIVEN } else { ENOUGH };
+        let effort = Effort { fairness, rounds: ROUNDS, enough, tolerant: !self.is_given(), observer };
+        fit_strip(chart, tool, family, (band, start), (resolution, &self.limits()), &effort).map_err(|e| unfit(&e))
     }
 
     /// The longest flank, mm, that rulings straight across between two borders need, and where.
@@ -445,6 +342,54 @@ impl<'a> Planner<'a> {
     pub(super) fn passes(&self, motions: &[RuledMotion]) -> Result<Vec<Pass>> {
         chart_passes(self.request, &self.chart, motions)
     }
+}
+
+impl Counts for Planner<'_> {
+    type Strips = Vec<FittedStrip>;
+
+    fn foreseen(&self, count: usize) -> Result<f64> {
+        Ok(self.ahead(count, true)?.1.into_iter().fold(0.0, f64::max))
+    }
+
+    /// Strips as [`Planner::even`] fits them, unless those that are foreseen to err most clearly miss the limits.
+    fn trial(&self, count: usize) -> Result<Trial<Vec<FittedStrip>>> {
+        if count <= PROBED || self.request.strategy.method == Method::Rulings {
+            return self.even(count).map(|strips| self.whole_of(strips));
+        }
+        let (borders, foreseen) = self.ahead(count, true)?;
+        let mut order: Vec<usize> = (0..count).collect();
+        order.sort_by(|a, b| foreseen[*b].total_cmp(&foreseen[*a]));
+        let (mut strips, mut rest) = (Vec::with_capacity(count), order.as_slice());
+        while !rest.is_empty() {
+            let (next, later) = rest.split_at(rest.len().min(strips.len().max(PROBED)));
+            strips.extend(self.fit_some(&borders, next)?);
+            let strain = self.strain(&strips);
+            if strain > MISSED && !self.request.observer.stopped() {
+                return Ok(Trial::Missed(strain));
+            }
+            rest = later;
+        }
+        let mut placed: Vec<(usize, FittedStrip)> = order.into_iter().zip(strips).collect();
+        placed.sort_by_key(|(index, _)| *index);
+        let strips = placed.into_iter().map(|(_, strip)| strip).collect();
+        Ok(self.whole_of(self.evened(&borders, strips)))
+    }
+
+    fn whole(&self, count: usize) -> Result<Vec<FittedStrip>> {
+        self.even(count)
+    }
+
+    fn stopped(&self) -> bool {
+        self.request.observer.stopped()
+    }
+}
+
+/// What helps where a strip does not fit.
+fn unfit(error: &StripError) -> Box<Diagnostic> {
+    Diagnostic::error(error.to_string()).help(match error {
+        StripError::Body(_) => "use a longer or slimmer tool above the flutes, or another direction",
+        _ => "use more strips, a shorter or slimmer tool, or another direction",
+    })
 }
 
 fn too_short(needed: f64, reach: f64, at: &Point) -> Box<Diagnostic> {

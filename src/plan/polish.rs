@@ -346,7 +346,7 @@ impl<'a> Polish<'a> {
         (beside.clear, beside.seen) = (deviation, centre.coords);
         let between = (self.rails.lower_height..top).contains(&height);
         let sides = match !between && foot.frame.within(margin) {
-            true => Sides { above: f64::INFINITY, ..self.setting.limits.sides() },
+            true => Sides { above: f64::INFINITY, ..self.sides(&foot.frame) },
             false => Sides::FREE,
         };
         let share = (height - self.rails.lower_height) / at.length;

@@ -1,9 +1,9 @@
 //! Fits one strip: start, least squares with falling fairness, then the least largest error.
 
 use super::Observer;
-use super::assess::{AssessError, Deviation, Survey, survey};
+use super::assess::{AssessError, Deviation, Gouge, Stance, Survey, gouge_beside, survey};
 use super::chart::Chart;
-use super::fit::{FitWeights, SphereFamily, StripFit};
+use super::fit::{FitWeights, SphereFamily, StripFit, StripSpec};
 use super::limits::Limits;
 use super::polish::{Polish, Setting};
 use super::rails::Rails;
@@ -13,6 +13,7 @@ use crate::motion::RuledMotion;
 use crate::optimize::minimax::{self, minimize_largest};
 use crate::optimize::{Settings, minimize};
 use crate::tool::Tool;
+use std::cell::LazyCell;
 
 /// How finely a strip is modelled.
 #[derive(Clone, Copy, Debug)]
@@ -23,6 +24,15 @@ pub(super) struct Resolution {
     pub(super) instants: usize,
     /// Heights at which it looks.
     pub(super) heights: usize,
+}
+
+impl Resolution {
+    /// Rails of `times` as many pieces, or as many times as is affordable.
+    fn finer(self, times: usize) -> Self {
+        let pieces = self.controls - 3;
+        let controls = pieces * times.min((MOST_CONTROLS - 3) / pieces).max(1) + 3;
+        Self { controls, instants: 2 * controls + 1, ..self }
+    }
 }
 
 /// A fitted strip.
@@ -45,9 +55,19 @@ pub(super) enum StripError {
     /// The fit broke down.
     #[error("the fit broke down; the part is too curved for this tool at this strip width")]
     BrokeDown,
+    /// What is above the flutes stands in the part, and the flank cannot turn so far.
+    #[error("what is above the flutes would cut {:.3} mm into the part near ({:.2}, {:.2}, {:.2}) while the flank touches it", .0.depth, .0.at.x, .0.at.y, .0.at.z)]
+    Body(Gouge),
     /// The fitted motion has no proper envelope.
     #[error("the fitted motion has no envelope: {0}")]
     Envelope(#[from] AssessError),
+}
+
+impl StripError {
+    /// True where firmer rails will hardly help.
+    fn is_hopeless(&self) -> bool {
+        matches!(self, Self::Body(_) | Self::Envelope(AssessError::NoContact { .. }))
+    }
 }
 
 /// One least-squares fit of several.
@@ -73,8 +93,42 @@ const STAGES: [Stage; 5] = [
 ];
 /// How many times as many steps a later attempt takes.
 const PATIENCE: usize = 4;
-/// Attempt from which on rulings are straight.
-const STRAIGHTENED: usize = 2;
+
+/// How a strip is sought.
+#[derive(Clone, Copy)]
+struct Attempt {
+    /// Weight of what ties the rails to their borders and times; as loosely as coverage allows: it costs accuracy.
+    anchor: f64,
+    /// Slanted rulings may need all of the flank; straight ones leave it some length to cover the band with.
+    slanted: bool,
+    /// Least squares before the refinement: what it needs where rulings alone are far off, and no help where fairness
+    /// would pull the rails out of a winding band.
+    settled: bool,
+    /// How many times as many steps least squares takes.
+    patience: usize,
+}
+
+/// Rulings refined as they lie come first where the tolerance decides and they promise to hold it, straight ones, which
+/// leave the flank more to spare, before slanted ones.
+const ATTEMPTS: [Attempt; 6] = [
+    Attempt { anchor: 0.0, slanted: false, settled: false, patience: 1 },
+    Attempt { anchor: 0.0, slanted: true, settled: false, patience: 1 },
+    Attempt { anchor: 1e-5, slanted: true, settled: true, patience: 1 },
+    Attempt { anchor: 1e-4, slanted: true, settled: true, patience: PATIENCE },
+    Attempt { anchor: 1e-3, slanted: false, settled: true, patience: PATIENCE },
+    Attempt { anchor: 1e-2, slanted: false, settled: true, patience: PATIENCE },
+];
+/// Share of the limits at which such a strip is good enough.
+const LAID_ENOUGH: f64 = 0.7;
+/// How many times the angle over which a flank of its length may tilt within its limits it may turn to lead what is above
+/// it out of the part, and the angle that it may always turn, radians.
+const TURNED: f64 = 10.0;
+const LEAST_TURN: f64 = 0.1;
+/// Of the rulings one in so many is looked at.
+const LOOKED_AT: usize = 4;
+/// Largest error of a ruling that touches at both ends over root mean square of its misfit: twice that of both sides
+/// alike, 720^0.5 / 16.
+const LAID_PEAK: f64 = 3.36;
 /// How much more firmly a rail is held where it would leave part of the band uncut.
 const FIRM: f64 = 300.0;
 /// Weight of the same for a single sweep whose flank is only just long enough: no neighbour covers what it misses.
@@ -82,6 +136,11 @@ const TIGHT: f64 = 0.3;
 /// Weight of a gouge beside the strip, against 1 for a deviation on it: nearly a constraint.
 const CLEARANCE: f64 = 100.0;
 
+/// Control points that rails are not refined beyond.
+const MOST_CONTROLS: usize = 150;
+/// Largest variation of the deviation along the flank, as a share of that of all, at which the rails' freedom is what
+/// holds the error up.
+const RIPPLE: f64 = 0.4;
 /// Most steps a stage of a fit takes once the plan is to end early: enough for a tool path that can be used.
 const HURRIED: usize = 4;
 
@@ -94,6 +153,8 @@ pub(super) struct Effort<'a> {
     pub(super) rounds: usize,
     /// Share of the limits below which errors are small enough.
     pub(super) enough: f64,
+    /// The tolerance is to be held, not the least error to be found.
+    pub(super) tolerant: bool,
     /// May end the work early.
     pub(super) observer: &'a dyn Observer,
 }
@@ -117,60 +178,177 @@ pub(super) fn lay_strip(
     Ok(FittedStrip { motion, deviation, steps: 0 })
 }
 
-/// Fits the motion of `tool` over the band of `chart`. Rails are tied to their borders as loosely as coverage allows:
-/// what ties them costs accuracy.
-pub(super) fn fit_strip(
+/// The rulings that the fit of a band starts from. Refused where none touches the part, or where what is above the flutes
+/// stands in it.
+pub(super) fn prepare_strip(
     chart: &Chart<'_>,
-    tool: &Tool,
     family: &SphereFamily,
     band: &Band,
-    goal: (&Resolution, &Limits),
-    effort: &Effort<'_>,
-) -> Result<FittedStrip, StripError> {
-    let start_of = |band: &Band| start_strip(chart, family, family.lowest(), band).ok_or(StripError::NoStart);
-    let mut start = start_of(band)?;
-    let mut last = Err(StripError::BrokeDown);
-    for (attempt, anchor) in [1e-5, 1e-4, 1e-3, 1e-2].into_iter().enumerate() {
-        if attempt == STRAIGHTENED {
-            // Slanted rulings may need all of the flank; straight ones leave it some length to cover the band with.
-            start = start_of(&Band { slanted: false, ..*band })?;
-        }
-        let tight = band.borders.low > band.low && band.low <= 0.0 && band.high >= 1.0;
-        let firm = if tight { TIGHT } else { FIRM * anchor };
-        let weights = FitWeights { extension: 0.3, anchor, firm, fairness: effort.fairness, clearance: CLEARANCE };
-        let patience = if attempt == 0 { 1 } else { PATIENCE };
-        last = fit_anchored(chart, tool, family, (band, &start), goal, (weights, patience, effort));
-        if last.is_ok() {
-            break;
-        }
-    }
-    last
+    limits: &Limits,
+) -> Result<StripStart, StripError> {
+    let start = start_strip(chart, family, family.lowest(), band).ok_or(StripError::NoStart)?;
+    stands_clear(chart, family, limits, &start).map(|()| start)
 }
 
-fn fit_anchored(
+/// Fits the motion of `tool` over the band of `chart`, from its rulings. Rails are tied to their borders as loosely as
+/// coverage allows: what ties them costs accuracy.
+pub(super) fn fit_strip(
     chart: &Chart<'_>,
     tool: &Tool,
     family: &SphereFamily,
     (band, start): (&Band, &StripStart),
     (resolution, limits): (&Resolution, &Limits),
-    (weights, patience, effort): (FitWeights, usize, &Effort<'_>),
+    effort: &Effort<'_>,
 ) -> Result<FittedStrip, StripError> {
-    let mut fit = StripFit::new(chart, family, &start.spec, resolution.controls, resolution.heights, weights)
+    let setting = Setting { chart, tool, family, borders: &band.borders, limits };
+    let straight = LazyCell::new(|| prepare_strip(chart, family, &Band { slanted: false, ..*band }, limits));
+    let strain = |found: &Result<FittedStrip, StripError>| {
+        found.as_ref().map_or(f64::INFINITY, |strip| limits.strain(&strip.deviation))
+    };
+    let (mut best, mut hopeless) = (Err(StripError::BrokeDown), 0);
+    for attempt in ATTEMPTS.into_iter().filter(|attempt| attempt.settled || effort.tolerant) {
+        let start = if attempt.slanted { Ok(start) } else { straight.as_ref().map_err(StripError::clone) };
+        let promises = |start: &StripStart| LAID_PEAK * start.misfit < limits.overcut.min(limits.undercut);
+        if !attempt.settled && !start.as_ref().is_ok_and(|start| promises(start)) {
+            continue;
+        }
+        let effort = Effort { enough: if attempt.settled { effort.enough } else { LAID_ENOUGH }, ..*effort };
+        let found = start.and_then(|start| attempt_strip(setting, (band, start), resolution, (&attempt, &effort)));
+        // What rulings alone lead to stands only where it is good enough.
+        let stands = found.is_ok() && (attempt.settled || strain(&found) <= 1.0);
+        hopeless += usize::from(found.as_ref().is_err_and(StripError::is_hopeless));
+        if best.is_err() || strain(&found) < strain(&best) {
+            best = found;
+        }
+        if stands || hopeless > 1 {
+            break;
+        }
+    }
+    best
+}
+
+/// Refuses rulings under which shank or holder stand so deep in the part that no turn that the flank can take, still
+/// touching it, leads them out.
+fn stands_clear(
+    chart: &Chart<'_>,
+    family: &SphereFamily,
+    limits: &Limits,
+    start: &StripStart,
+) -> Result<(), StripError> {
+    let spec = &start.spec;
+    let lower_height = family.lowest();
+    let turn = (TURNED * (limits.overcut + limits.undercut) / (family.highest() - lower_height)).max(LEAST_TURN);
+    for ((lower, upper), (from, to)) in
+        start.rulings.iter().zip(spec.lower_time.iter().zip(&spec.upper_time)).step_by(LOOKED_AT)
+    {
+        let feet = [(spec.low, *from), (spec.high, *to)];
+        let stance = Stance { lower: *lower, upper: *upper, lower_height, feet };
+        let gouge = gouge_beside(chart, family, &stance).ok_or(StripError::BrokeDown)?;
+        if gouge.depth > turn * (gouge.height - lower_height).abs() {
+            return Err(StripError::Body(gouge));
+        }
+    }
+    Ok(())
+}
+
+/// Rails where least squares or the rulings left them.
+struct Settled {
+    rails: Rails,
+    x: Vec<f64>,
+    steps: usize,
+}
+
+fn attempt_strip(
+    setting: Setting<'_>,
+    (band, start): (&Band, &StripStart),
+    resolution: &Resolution,
+    (attempt, effort): (&Attempt, &Effort<'_>),
+) -> Result<FittedStrip, StripError> {
+    let tight = band.borders.low > band.low && band.low <= 0.0 && band.high >= 1.0;
+    let anchor = attempt.anchor;
+    let firm = if tight { TIGHT } else { FIRM * anchor };
+    let weights = FitWeights { extension: 0.3, anchor, firm, fairness: effort.fairness, clearance: CLEARANCE };
+    let stages = if attempt.settled { STAGES.as_slice() } else { &[] };
+    let mut at = settle(setting, (start, resolution), (&weights, stages), (attempt.patience, effort))?;
+    let (mut resolution, mut steps) = (*resolution, at.steps);
+    let mut judged = judge(setting, &at.rails, &at.x, &resolution);
+    if let Some(times) = held_by_rails(setting, &judged, effort).filter(|_| attempt.settled) {
+        resolution = resolution.finer(times);
+        let start = along(start, &at, resolution.instants).ok_or(StripError::BrokeDown)?;
+        at = settle(setting, (&start, &resolution), (&weights, &[]), (attempt.patience, effort))?;
+        steps += at.steps;
+        judged = judge(setting, &at.rails, &at.x, &resolution);
+    }
+    let refined = refine(setting, &at.rails, (at.x, judged.and_then(|(strip, _)| strip)), &resolution, effort)?;
+    Ok(FittedStrip { steps: steps + refined.steps, ..refined })
+}
+
+/// Rails through the rulings of `start`, then least squares in `stages`.
+fn settle(
+    setting: Setting<'_>,
+    (start, resolution): (&StripStart, &Resolution),
+    (weights, stages): (&FitWeights, &[Stage]),
+    (patience, effort): (usize, &Effort<'_>),
+) -> Result<Settled, StripError> {
+    let (chart, family) = (setting.chart, setting.family);
+    let mut fit = StripFit::new(chart, family, &start.spec, resolution.controls, resolution.heights, *weights)
         .ok_or(StripError::BrokeDown)?;
     let mut steps = 0;
-    let setting = Setting { chart, tool, family, borders: &band.borders, limits };
     let mut x = fit.start(&start.rulings).ok_or(StripError::BrokeDown)?;
-    for Stage { fairness, anchor, extension, most } in STAGES {
+    for Stage { fairness, anchor, extension, most } in stages {
         fit.weights.fairness = weights.fairness * fairness;
         fit.weights.anchor = weights.anchor * anchor;
         fit.weights.extension = weights.extension * extension;
-        let max_steps = if effort.observer.stopped() { most.min(HURRIED) } else { most * patience };
+        let max_steps = if effort.observer.stopped() { *most.min(&HURRIED) } else { most * patience };
         let settings = Settings { max_steps, cost_share: 1e-3 / patience.pow(3) as f64, damping: 1e-4 };
         steps += minimize(&mut fit, &mut x, &settings).ok_or(StripError::BrokeDown)?.steps;
         fit.recount();
     }
-    let refined = refine(setting, fit.rails(), x, resolution, effort)?;
-    Ok(FittedStrip { steps: steps + refined.steps, ..refined })
+    Ok(Settled { rails: fit.rails().clone(), x, steps })
+}
+
+/// How many times as many pieces the rails should have where errors that are still too large hardly vary along the flank,
+/// but from instant to instant: there not the shape of the tool holds them up but the freedom of the rails, whose error
+/// falls with the fourth power of their pieces.
+fn held_by_rails(
+    setting: Setting<'_>,
+    judged: &Result<(Result<FittedStrip, StripError>, Survey), StripError>,
+    effort: &Effort<'_>,
+) -> Option<usize> {
+    let Ok((_, survey)) = judged else { return None };
+    let excess = setting.limits.strain(&survey.worst) / effort.enough;
+    if excess <= 1.0 || effort.observer.stopped() {
+        return None;
+    }
+    let spread = survey.points.chunks(survey.heights).map(|points| {
+        let over = points.iter().filter_map(|point| point.deviation);
+        let (least, most) = over.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, m), e| (l.min(e), m.max(e)));
+        most - least
+    });
+    let worst = survey.worst.overcut + survey.worst.undercut;
+    (spread.fold(0.0, f64::max) < RIPPLE * worst).then(|| excess.powf(0.25).ceil() as usize)
+}
+
+/// Rulings at `instants` instants on rails that are there already.
+fn along(start: &StripStart, at: &Settled, instants: usize) -> Option<StripStart> {
+    let motion = at.rails.motion(&at.x)?;
+    let (first, last) = motion.domain();
+    let share = |j: usize| j as f64 / (instants - 1) as f64;
+    let between = |values: &[f64]| -> Vec<f64> {
+        let place = |j: usize| share(j) * (values.len() - 1) as f64;
+        let value = |x: f64| {
+            let i = (x as usize).min(values.len() - 2);
+            values[i] + (x - i as f64) * (values[i + 1] - values[i])
+        };
+        (0..instants).map(|j| value(place(j))).collect()
+    };
+    let rulings = (0..instants).map(|j| {
+        let t = first + (last - first) * share(j);
+        (motion.lower.point(t), motion.upper.point(t))
+    });
+    let StripSpec { low, high, lower_time, upper_time } = &start.spec;
+    let spec = StripSpec { low: *low, high: *high, lower_time: between(lower_time), upper_time: between(upper_time) };
+    Some(StripStart { spec, rulings: rulings.collect(), misfit: start.misfit })
 }
 
 /// Dense judgements of one strip, each followed by more rounds over the points that stood out.
@@ -201,11 +379,12 @@ fn judge(
     Ok((strip.map_err(StripError::from), survey))
 }
 
-/// Carries a strip from where least squares left it to the least largest error of its true envelope.
+/// Carries a strip from where least squares left it, judged, to the least largest error of its true envelope. Least squares
+/// may leave a border uncovered, which this then covers.
 fn refine(
     setting: Setting<'_>,
     rails: &Rails,
-    mut x: Vec<f64>,
+    (mut x, mut best): (Vec<f64>, Result<FittedStrip, StripError>),
     resolution: &Resolution,
     effort: &Effort<'_>,
 ) -> Result<FittedStrip, StripError> {
@@ -216,8 +395,6 @@ fn refine(
         limits.strain(&strip.deviation) + if left { UNMADE } else { 0.0 }
     };
     let followed = (2 * resolution.instants - 1, resolution.heights);
-    // Least squares may leave a border uncovered, which the refinement then covers.
-    let mut best = judge(setting, rails, &x, resolution).and_then(|(strip, _)| strip);
     let Some(mut polish) = Polish::new(setting, rails, &x, followed) else { return best };
     let (mut rounds, mut short_by) = (0, 0.0);
     for _ in 0..JUDGEMENTS {
@@ -254,4 +431,20 @@ fn refine(
         }
     }
     best
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn finer_rails_hold_the_knots_of_the_coarse_ones_up_to_what_is_affordable() {
+        let coarse = Resolution { controls: 38, instants: 77, heights: 9 };
+        for times in 1..=9 {
+            let fine = coarse.finer(times);
+            assert_eq!((fine.controls - 3) % (coarse.controls - 3), 0);
+            assert!(fine.controls <= MOST_CONTROLS && fine.instants > 2 * fine.controls, "{fine:?}");
+            assert!(times > 4 || fine.controls - 3 == times * (coarse.controls - 3));
+        }
+    }
 }

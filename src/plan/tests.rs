@@ -207,6 +207,18 @@ fn a_cone_reaches_as_far_as_its_contacts_lie_apart() {
 }
 
 #[test]
+fn the_flank_of_a_tapered_ball_begins_where_its_ball_ends() {
+    let half_angle = crate::geometry::Degrees(10.0);
+    let shape = CutterShape::TaperedBall { ball_diameter: 6.0, half_angle, flute_length: 20.0 };
+    let tool = Tool::new(1, &shape, &Fixture { gauge_length: 90.0, ..Fixture::default() }).unwrap();
+    let from = |height| Strategy { engage_from: Some(height), ..Strategy::new(StrategyKind::SingleSweep) };
+    let family = flank(&tool, &from(0.0)).unwrap();
+    let end = tool.flutes().last().unwrap().start().height;
+    assert!((family.lowest() - 3.0).abs() < 1e-9, "the ball is one sphere, at {}", family.lowest());
+    assert!((family.contact_height(family.lowest()) - end).abs() < 1e-9);
+}
+
+#[test]
 fn a_barrel_lies_without_error_in_a_hollow_of_its_own_radius() {
     let barrel = law(&CutterShape::Barrel {
         diameter: 10.0,
@@ -232,11 +244,12 @@ fn the_law_is_known_before_the_plan() {
 fn what_cannot_be_planned_is_refused_with_place_and_remedy() {
     let free = Strategy::new(StrategyKind::MultiStrip);
     let upward = Strategy { direction: Some(Vector::z()), ..free.clone() };
-    let two = Strategy { strips: Some(2), ..free.clone() };
+    let [two, four] = [2, 4].map(|count| Strategy { strips: Some(count), ..free.clone() });
     let cases = [
         (attempt(bowl(0.001), 6.0, 9.0, &upward), "stands square to the surface near ("),
         (attempt(bowl(0.2), 16.0, 9.0, &free), "hollow with radius"),
         (attempt(bowl(-0.001), 6.0, 9.0, &two), "too short by"),
+        (attempt(bowl(0.03), 6.0, 9.0, &four), "what is above the flutes would cut"),
     ];
     for (refused, why) in cases {
         let error = refused.err().unwrap();

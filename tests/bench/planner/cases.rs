@@ -36,12 +36,16 @@ pub(crate) struct Case {
     pub(crate) engage_from: Option<f64>,
     /// Diameter above the flutes, mm; that of their end when left out.
     pub(crate) shank: Option<f64>,
+    /// Nothing above the flutes.
+    pub(crate) flank_alone: bool,
 }
 
 impl Case {
     /// The tool.
     pub(crate) fn tool(&self) -> std::result::Result<Tool, ToolError> {
-        Tool::new(1, &self.shape, &Fixture { gauge_length: 110.0, shank_diameter: self.shank, ..Fixture::default() })
+        let fixture = |gauge_length| Fixture { gauge_length, shank_diameter: self.shank, ..Fixture::default() };
+        let tool = Tool::new(1, &self.shape, &fixture(110.0))?;
+        if self.flank_alone { Tool::new(1, &self.shape, &fixture(tool.flute_length())) } else { Ok(tool) }
     }
 
     /// What is wanted of the plan.
@@ -90,6 +94,7 @@ pub(crate) fn all() -> Vec<Case> {
         strips: None,
         engage_from: Some(0.0),
         shank: None,
+        flank_alone: false,
     };
     let blade = |half_angle: f64, flute_length: f64, tip_diameter: f64| CutterShape::Cone {
         tip_diameter,
@@ -108,7 +113,9 @@ pub(crate) fn all() -> Vec<Case> {
         },
         case("s1b, free", file(S1B), small(1.717), 2.6e-3),
         case("s2, free", file(S2), small(2.46), 3e-4),
-        case("s5, free", file(S5), small(2.64), 0.054),
+        // Its bumps stand in the way of any shank.
+        Case { flank_alone: true, ..case("s5, free", file(S5), small(2.64), 0.054) },
+        case("s5, free, with a shank", file(S5), small(2.64), 0.054),
         Case { strips: Some(1), ..case("s6, one strip", file(S6), cone(6.0, 3.0, 14.0), 1e-6) },
         Case {
             strips: Some(1),
