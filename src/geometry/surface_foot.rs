@@ -45,8 +45,6 @@ pub struct SurfaceFoot {
 const EVERYWHERE: Rectangle = [(f64::NEG_INFINITY, f64::INFINITY); 2];
 /// Share of (surface size + distance) by which a foot may miss the perpendicular, in mm along the surface.
 const PERPENDICULAR: f64 = 1e-12;
-/// The same where its square is as good as none.
-const NEARLY_PERPENDICULAR: f64 = 1e-9;
 /// The same share, within which a point counts as above the edge and not beyond it.
 const BEYOND: f64 = 1e-9;
 const MAX_STEPS: usize = 40;
@@ -96,11 +94,10 @@ impl SplineSurface {
         if second.state == State::Minimum { second.foot(self, scale) } else { inside }
     }
 
-    /// Parameters and jet of the point of [`Self::closest_from`], for those who ask often: perpendicular to a billionth of
-    /// the surface's size only, so that its distance, which varies with the square of that, is as exact as the other.
+    /// Parameters and jet of the point of [`SplineSurface::closest_from`], for those who need the jet anyway.
     pub fn jet_closest_from(&self, p: &Point, near: (f64, f64)) -> (f64, f64, SurfaceJet) {
         let scale = self.tree().scale();
-        let found = Descent::new(self, p, near, &EVERYWHERE).fall(self, p, &EVERYWHERE, (scale, NEARLY_PERPENDICULAR));
+        let found = Descent::run(self, p, near, &EVERYWHERE, scale);
         if found.state == State::Minimum {
             return (found.u, found.v, found.jet);
         }
@@ -182,19 +179,13 @@ impl Descent {
     }
 
     fn run(surface: &SplineSurface, p: &Point, start: (f64, f64), limits: &Rectangle, scale: f64) -> Self {
-        Self::new(surface, p, start, limits).fall(surface, p, limits, (scale, PERPENDICULAR))
+        Self::new(surface, p, start, limits).fall(surface, p, limits, scale)
     }
 
     /// Newton's method with halved steps, held inside `limits`.
-    fn fall(
-        mut self,
-        surface: &SplineSurface,
-        p: &Point,
-        limits: &Rectangle,
-        (scale, perpendicular): (f64, f64),
-    ) -> Self {
+    fn fall(mut self, surface: &SplineSurface, p: &Point, limits: &Rectangle, scale: f64) -> Self {
         for _ in 0..MAX_STEPS {
-            let tolerance = perpendicular * (scale + self.value.sqrt());
+            let tolerance = PERPENDICULAR * (scale + self.value.sqrt());
             let Some(step) = self.step(limits, tolerance) else {
                 return self;
             };

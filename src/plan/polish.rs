@@ -28,6 +28,11 @@ pub(super) struct Setting<'a> {
 }
 
 impl Setting<'_> {
+    /// True for a single sweep over the whole surface, whose flank may be only just long enough for it.
+    pub(super) fn alone(&self) -> bool {
+        self.borders.high - self.borders.low >= ALONE
+    }
+
     /// The measure of a motion.
     pub(super) fn probe<'m>(&'m self, motion: &'m RuledMotion) -> Probe<'m> {
         Probe { chart: self.chart, tool: self.tool, family: self.family, motion }
@@ -84,6 +89,8 @@ pub(super) struct Polish<'a> {
     price: f64,
 }
 
+/// Share of the surface, across the cut, that only a single sweep covers.
+const ALONE: f64 = 0.99;
 /// The rest of the tool is looked at every so many instants: it must only stay clear.
 const BESIDE_STRIDE: usize = 3;
 /// Spheres of the flutes above the strip.
@@ -346,7 +353,9 @@ impl<'a> Polish<'a> {
         (beside.clear, beside.seen) = (deviation, centre.coords);
         let between = (self.rails.lower_height..top).contains(&height);
         let sides = match !between && foot.frame.within(margin) {
-            true => Sides { above: f64::INFINITY, ..self.sides(&foot.frame) },
+            // Beside a single sweep lies nothing of the part.
+            true if self.setting.alone() => Sides { above: f64::INFINITY, ..self.sides(&foot.frame) },
+            true => Sides { above: f64::INFINITY, ..self.setting.limits.sides() },
             false => Sides::FREE,
         };
         let share = (height - self.rails.lower_height) / at.length;

@@ -272,7 +272,9 @@ fn attempt_strip(
     let mut at = settle(setting, (start, resolution), (&weights, stages), (attempt.patience, effort))?;
     let (mut resolution, mut steps) = (*resolution, at.steps);
     let mut judged = judge(setting, &at.rails, &at.x, &resolution);
-    if let Some(times) = held_by_rails(setting, &judged, effort).filter(|_| attempt.settled) {
+    // Narrow strips are held up by the shape of the tool.
+    let alone = setting.alone() && attempt.settled;
+    if let Some(times) = held_by_rails(setting, &judged, effort).filter(|_| alone) {
         resolution = resolution.finer(times);
         let start = along(start, &at, resolution.instants).ok_or(StripError::BrokeDown)?;
         at = settle(setting, (&start, &resolution), (&weights, &[]), (attempt.patience, effort))?;
