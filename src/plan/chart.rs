@@ -48,6 +48,10 @@ pub(super) struct Chart<'a> {
 
 /// How far a widened chart continues the end polynomials, as a share of the parameter intervals.
 const WIDER: f64 = 0.02;
+/// Share of the way to a foot that may lie along the surface before the foot is none.
+const SQUARE: f64 = 0.05;
+/// The same, mm, for points on the surface.
+const SLIP: f64 = 1e-3;
 
 /// A surface point with its frame in chart coordinates.
 #[derive(Clone, Copy, Debug)]
@@ -73,7 +77,8 @@ pub(super) struct Frame {
 pub(super) struct ChartFoot {
     /// Frame at the foot.
     pub(super) frame: Frame,
-    /// Distance along the normal, mm: positive on the tool's side.
+    /// Distance along the normal, mm: positive on the tool's side. Where the surface and its extension have no
+    /// perpendicular, the distance of its nearest edge.
     pub(super) distance: f64,
 }
 
@@ -213,7 +218,11 @@ impl<'a> Chart<'a> {
 
     fn foot_at(&self, p: &Point, at: (f64, f64), jet: &SurfaceJet) -> Option<ChartFoot> {
         let frame = self.frame_at(at, jet)?;
-        let distance = (p - frame.point).dot(&frame.normal);
+        let way = p - frame.point;
+        let along_normal = way.dot(&frame.normal);
+        // Off the surface's side there may be no perpendicular: then its edge is what is nearest.
+        let slipped = (way - frame.normal * along_normal).norm() > SLIP + SQUARE * way.norm();
+        let distance = if slipped { way.norm() } else { along_normal };
         distance.is_finite().then_some(ChartFoot { frame, distance })
     }
 }

@@ -323,7 +323,7 @@ impl<'a> Planner<'a> {
         let overlap = wanted.min(SPARED * spare) * per_mm;
         let margin = if spare < MUST_OVERLAP * wanted { -SLACK * reach * per_mm } else { MUST_OVERLAP * overlap };
         // A control point about every two millimetres; looked at twice as densely, so that nodes hide no overshoot.
-        let controls = ((long / 2.0).ceil() as usize).clamp(24, 60);
+        let controls = ((long / 2.0).ceil() as usize).clamp(24, 160);
         let heights = ((wide / 2.0).ceil() as usize + 6).clamp(8, 15);
         let resolution = Resolution { controls, instants: 2 * controls + 1, heights };
         let band = Band {

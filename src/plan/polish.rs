@@ -103,6 +103,8 @@ const STILL: f64 = 1e-4;
 const ROUGH: f64 = 1e3;
 /// First trust region, as a multiple of the error.
 const BOLD: f64 = 10.0;
+/// Largest first trust region, as a share of the flank: linearizations of a turn go no farther.
+const BOLDEST: f64 = 0.1;
 /// How much more a border that is not reached counts than an error of the same size: no gain in accuracy is worth it.
 const COVER: f64 = 20.0;
 /// How far the axis, felt for all around, may be beyond its bound, radians: it stays inside between two instants.
@@ -216,7 +218,8 @@ impl<'a> Polish<'a> {
         let (tau, trespass) = rows.largest_error()?;
         let worst = (tau * self.setting.limits.undercut).max(trespass / COVER).max(RESOLUTION);
         self.price = self.setting.limits.strain_of(worst) / (ROUGH * worst).powi(2);
-        Some(BOLD * worst)
+        let flank = self.setting.family.highest() - self.rails.lower_height;
+        Some((BOLD * worst).min(BOLDEST * flank))
     }
 
     /// Adds a row whose gradients with respect to the rail points at `t` are given.

@@ -1,5 +1,6 @@
 //! The planner's table: what the planned sweeps leave of each benchmark surface, judged without the planner's own eyes,
-//! and what planning cost. `cargo bench --bench planner`; words after `--` choose cases whose names hold one of them.
+//! and what planning cost. `cargo bench --bench planner`; words after `--` choose cases whose names hold one of them;
+//! `-- scaling` measures how the cost grows instead.
 
 #[path = "planner/cases.rs"]
 mod cases;
@@ -7,6 +8,8 @@ mod cases;
 mod measure;
 #[path = "planner/papers.rs"]
 mod papers;
+#[path = "planner/scaling.rs"]
+mod scaling;
 
 use cases::{Case, all, part};
 use measure::{Figures, measure};
@@ -18,6 +21,9 @@ use std::time::Instant;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let wanted: Vec<String> = std::env::args().skip(1).filter(|word| !word.starts_with('-')).collect();
+    if wanted == ["scaling"] {
+        return scaling::run();
+    }
     let mut out = stdout();
     writeln!(out, "Errors in mm (overcut, undercut of the swept flanks on the whole surface), kink in degrees.")?;
     writeln!(

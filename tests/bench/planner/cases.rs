@@ -181,11 +181,11 @@ pub(crate) fn part(surface: Surface) -> Result<Part> {
     Ok(Part { name: "bench".into(), surface, check: Vec::new(), body: None })
 }
 
-fn spline(surface: SplineSurface, flip: bool) -> Result<DesignSurface> {
+pub(crate) fn spline(surface: SplineSurface, flip: bool) -> Result<DesignSurface> {
     Ok(DesignSurface::Spline(checked(OrientedSpline::new(surface, flip))?))
 }
 
-fn checked<T, E: std::fmt::Display>(value: std::result::Result<T, E>) -> Result<T> {
+pub(crate) fn checked<T, E: std::fmt::Display>(value: std::result::Result<T, E>) -> Result<T> {
     value.map_err(|e| Diagnostic::error(e.to_string()))
 }
 
