@@ -134,13 +134,8 @@ fn fewer<C: Counts>(counts: &C, range: Range, (count, strain): (usize, f64), fai
     if wider > HOPELESS {
         return Ok(count);
     }
-    let fewest = (count - 1).min((count as f64 * strain.sqrt()) as usize + 1).max(range.least).max(failed + 1);
-    for fewer in fewest..count {
-        if counts.foreseen(fewer)? <= TEMPTING {
-            return Ok(fewer);
-        }
-    }
-    Ok(count)
+    let fewer = (count - 1).min((count as f64 * strain.sqrt()) as usize + 1).max(range.least).max(failed + 1);
+    Ok(if fewer >= count || counts.foreseen(fewer)? > TEMPTING { count } else { fewer })
 }
 
 /// The fewest strips, counted from the predicted number up or down, whose foreseen errors leave hope.
