@@ -105,6 +105,8 @@ pub struct Output {
 
 /// Weight of fairness against accuracy that leaves the planner's own balance as it is.
 const NEUTRAL_FAIRNESS: f64 = 1e-6;
+/// The same of kinks between strips.
+const NEUTRAL_G1: f64 = 1e-3;
 
 /// Angle between neighbouring triangles from which on their edge is sharp where the job does not say, degrees: more than
 /// between facets of a round face, less than at the chamfers and edges of parts.
@@ -274,7 +276,12 @@ fn strategy(checks: &mut Checks<'_>, raw: raw::Strategy) -> (Strategy, Option<St
         (strategy.rajain, direction_field) = rajain::settings(checks, &raw);
     } else {
         rajain::refuse_foreign_keys(checks, &raw);
-        strategy.fairness *= raw.weights.as_ref().map_or(1.0, |weights| fairness(checks, weights));
+        if let Some(weights) = &raw.weights {
+            (strategy.fairness, strategy.smoothness) = balance(checks, weights);
+            if weights.g1.is_some() && strategy.kind == StrategyKind::SingleSweep {
+                checks.warn("strategy.weights.g1", "a single sweep has no seams: `g1` has no effect", "leave it out");
+            }
+        }
         if let Some(weight) = raw.weights.as_ref().and_then(|weights| weights.direction) {
             checks.within("strategy.weights.direction", weight, &limits::WEIGHT);
             strategy.direction_weight = weight;
@@ -283,20 +290,18 @@ fn strategy(checks: &mut Checks<'_>, raw: raw::Strategy) -> (Strategy, Option<St
     (strategy, direction_field)
 }
 
-/// What the weights make of the planner's own balance between accuracy and fairness.
-fn fairness(checks: &mut Checks<'_>, weights: &raw::Weights) -> f64 {
-    let mut weight = |key: &str, value: Option<f64>, neutral: f64| {
+/// What the weights make of the planner's own balance: fairness and kinks between strips, each against accuracy and as a
+/// multiple of its neutral weight.
+fn balance(checks: &mut Checks<'_>, weights: &raw::Weights) -> (f64, f64) {
+    let mut weight = |key: &str, value: Option<f64>, neutral: f64, limit: &limits::Limit| {
         let value = value.unwrap_or(neutral);
-        checks.within(&format!("strategy.weights.{key}"), value, &limits::WEIGHT);
+        checks.within(&format!("strategy.weights.{key}"), value, limit);
         value / neutral
     };
-    let (accuracy, fairness) =
-        (weight("accuracy", weights.accuracy, 1.0), weight("fairness", weights.fairness, NEUTRAL_FAIRNESS));
-    if let Some(g1) = weights.g1 {
-        checks.within("strategy.weights.g1", g1, &limits::WEIGHT);
-        checks.warn("strategy.weights.g1", "strips are fitted one by one: `g1` has no effect", "leave it out");
-    }
-    fairness / accuracy
+    let accuracy = weight("accuracy", weights.accuracy, 1.0, &limits::WEIGHT);
+    let fairness = weight("fairness", weights.fairness, NEUTRAL_FAIRNESS, &limits::WEIGHT);
+    let kinks = weight("g1", weights.g1, NEUTRAL_G1, &limits::ZERO_WEIGHT);
+    (fairness / accuracy, kinks / accuracy)
 }
 
 fn machine(checks: &mut Checks<'_>, raw: raw::Machine) -> MachineSpec {

@@ -92,18 +92,35 @@ mod tests {
         let (record, _out) = run("ruled-impeller");
         assert_within(&record, 0.005, 0.030);
         assert_comes_back(&record, 0.0005);
-        let scratch = tempfile::tempdir().unwrap();
-        let job = std::fs::read_to_string(folder("ruled-impeller").join("job.toml")).unwrap();
-        let job = job.replace("[strategy]", "[strategy]\nmethod = \"rulings\"");
-        std::fs::write(scratch.path().join("job.toml"), job).unwrap();
-        std::fs::copy(folder("ruled-impeller").join("pressure-side.json"), scratch.path().join("pressure-side.json"))
-            .unwrap();
-        let out = scratch.path().join("out");
-        assert_eq!(regulus(&scratch.path().join("job.toml"), &out, 2).status.code(), Some(1));
-        let rulings = self::record(&out);
+        let (status, rulings) = impeller_with("method = \"rulings\"");
+        assert_eq!(status, Some(1));
         let worst = |r: &Value| figure(r, "overcut_max_mm").max(figure(r, "undercut_max_mm"));
         let gain = worst(&rulings) / worst(&record);
         assert!(gain >= BETTER_THAN_RULINGS, "only {gain} times better");
+    }
+
+    /// Exit status and record of the impeller with one more line in its `[strategy]`.
+    fn impeller_with(line: &str) -> (Option<i32>, Value) {
+        let scratch = tempfile::tempdir().unwrap();
+        let job = std::fs::read_to_string(folder("ruled-impeller").join("job.toml")).unwrap();
+        std::fs::write(scratch.path().join("job.toml"), job.replace("[strategy]", &format!("[strategy]\n{line}")))
+            .unwrap();
+        std::fs::copy(folder("ruled-impeller").join("pressure-side.json"), scratch.path().join("pressure-side.json"))
+            .unwrap();
+        let out = scratch.path().join("out");
+        let status = regulus(&scratch.path().join("job.toml"), &out, 2).status.code();
+        (status, record(&out))
+    }
+
+    #[test]
+    fn strips_that_are_joined_meet_far_more_smoothly_than_strips_fitted_alone() {
+        let kinks = |weight: &str| {
+            let (status, record) = impeller_with(&format!("weights = {{ g1 = {weight} }}"));
+            assert_eq!(status, Some(0), "{record:#}");
+            ["kink_max_deg", "kink_mean_deg"].map(|key| record["strips"][key].as_f64().unwrap())
+        };
+        let ([most_alone, mean_alone], [most, mean]) = (kinks("0.0"), kinks("0.001"));
+        assert!(2.0 * most < most_alone && 5.0 * mean < mean_alone, "{most} of {most_alone}, {mean} of {mean_alone}");
     }
 
     #[test]

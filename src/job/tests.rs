@@ -65,8 +65,19 @@ fn good_job_is_read() {
     assert_eq!(job.machine.work_offset, "G54");
     assert_eq!(job.feed, Feed { cut: 600.0, reference: FeedReference::Mid, spindle_rpm: 8000.0 });
     assert_eq!(job.output, Output { linearization: 0.005 * LINEARIZATION_SHARE, program_number: 1 });
-    let warned: Vec<_> = job.warnings.iter().map(ToString::to_string).collect();
-    assert!(matches!(&warned[..], [one] if one.starts_with("warning: strips are fitted one by one")), "{warned:?}");
+    assert!(job.warnings.is_empty(), "{:?}", job.warnings);
+}
+
+#[test]
+fn the_weight_of_kinks_reaches_the_planner() {
+    let read = |g1: &str, kind: &str| {
+        Job::read(&GOOD.replacen("g1 = 0.001", g1, 1).replacen("\"multi-strip\"", kind, 1), "job.toml").unwrap()
+    };
+    let smoothness = |g1: &str| read(g1, "\"multi-strip\"").strategy.smoothness;
+    assert!((smoothness("g1 = 0.001") - 1.0).abs() < 1e-12 && (smoothness("g1 = 0.02") - 20.0).abs() < 1e-12);
+    assert_eq!((smoothness("g1 = 0"), smoothness("direction = 1.0")), (0.0, 1.0));
+    let warned: Vec<_> = read("g1 = 0.001", "\"single-sweep\"").warnings.iter().map(ToString::to_string).collect();
+    assert!(matches!(&warned[..], [one] if one.starts_with("warning: a single sweep has no seams")), "{warned:?}");
 }
 
 #[test]
@@ -219,6 +230,7 @@ fn strategy_keys_reach_the_planner() {
         spindle: Some(Vector::new(0.0, 0.0, 2.0)),
         climb: false,
         fairness: 3.0,
+        smoothness: 1.0,
         engage_from: Some(1.5),
         lead: Some(4.0),
         stand_off: Some(3.0),

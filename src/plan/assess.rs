@@ -203,7 +203,7 @@ pub(super) fn gouge_beside(chart: &Chart<'_>, family: &SphereFamily, stance: &St
     let mut deepest = Gouge { depth: 0.0, height: top, at: upper };
     let flutes = above.chain(family.below().iter().copied()).map(|sphere| (sphere, false));
     let body = family.body().iter().map(|sphere| (*sphere, true));
-    let mut near = high;
+    let (mut near, mut inside) = (high, None);
     for ((height, radius), straight) in flutes.chain(body) {
         if (lower_height..top).contains(&height) {
             continue;
@@ -221,8 +221,46 @@ pub(super) fn gouge_beside(chart: &Chart<'_>, family: &SphereFamily, stance: &St
         } else {
             (foot, radius - foot.distance, 0.0)
         };
-        if foot.frame.within(margin) && depth > deepest.depth {
-            deepest = Gouge { depth, height, at: foot.frame.point };
+        if foot.frame.within(margin) {
+            if depth > deepest.depth {
+                deepest = Gouge { depth, height, at: foot.frame.point };
+            }
+            inside = (height >= top && !straight).then_some((height, foot.frame.place));
+        } else if let Some((last, near)) = inside.take().filter(|_| height >= top && !straight) {
+            // The surface ends between two spheres: the flank is often deepest at its edge.
+            let of = |height: f64| (lower + axis * (height - lower_height), family.radius(height).0);
+            let edge = gouge_at_edge(chart, of, (last, height), near)?;
+            if edge.depth > deepest.depth {
+                deepest = edge;
+            }
+        }
+    }
+    Some(deepest)
+}
+
+/// Halvings of the way between two spheres towards the surface's edge.
+const HALVINGS: usize = 5;
+
+/// The deepest gouge by spheres between a height at which they lie over the surface and one at which they no longer do;
+/// `of` gives centre and radius.
+fn gouge_at_edge(
+    chart: &Chart<'_>,
+    of: impl Fn(f64) -> (Point, f64),
+    (mut from, mut to): (f64, f64),
+    mut near: (f64, f64),
+) -> Option<Gouge> {
+    let mut deepest = Gouge { depth: 0.0, height: from, at: of(from).0 };
+    for _ in 0..HALVINGS {
+        let height = 0.5 * (from + to);
+        let (centre, radius) = of(height);
+        let foot = chart.foot(&centre, near)?;
+        if foot.frame.inside() {
+            (from, near) = (height, foot.frame.place);
+            if radius - foot.distance > deepest.depth {
+                deepest = Gouge { depth: radius - foot.distance, height, at: foot.frame.point };
+            }
+        } else {
+            to = height;
         }
     }
     Some(deepest)

@@ -24,6 +24,16 @@ impl Limits {
         if deviation > 0.0 { deviation / self.undercut } else { -deviation / self.overcut.max(NO_OVERCUT) }
     }
 
+    /// Mean of both, mm.
+    pub(super) fn mean(&self) -> f64 {
+        0.5 * (self.overcut + self.undercut)
+    }
+
+    /// The same as [`Self::sides`] with neither limit strained more than `bearable`.
+    pub(super) fn sides_within(&self, bearable: f64) -> Sides {
+        Sides { hard_above: bearable * self.undercut, ..self.sides() }
+    }
+
     /// Both errors strain their limits alike; overcut never more than wholly.
     pub(super) fn sides(&self) -> Sides {
         let below = if self.overcut > 0.0 { self.overcut } else { f64::INFINITY };

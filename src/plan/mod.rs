@@ -10,6 +10,7 @@ mod explain;
 mod field;
 mod fit;
 mod forecast;
+mod join;
 mod layout;
 mod limits;
 mod link;
@@ -26,6 +27,7 @@ mod strip;
 #[cfg(test)]
 mod tests;
 mod touch;
+mod trace;
 
 pub use assess::Deviation;
 pub use attainable::{Attainable, AttainableMap, FlankLaw};
@@ -98,6 +100,9 @@ pub struct Strategy {
     pub climb: bool,
     /// Multiplies the weight of the motion's fairness.
     pub fairness: f64,
+    /// How much a kink between neighbouring strips counts, against 1 for as much as the error that it comes with where the
+    /// part is curved along the flank. 0 fits every strip on its own.
+    pub smoothness: f64,
     /// Height above the tip at which the flank starts to be used, mm; just above the corner when left out.
     pub engage_from: Option<f64>,
     /// Length of lead-in and lead-out, mm; the tool's largest radius when left out.
@@ -123,6 +128,7 @@ impl Strategy {
             spindle: None,
             climb: true,
             fairness: 1.0,
+            smoothness: 1.0,
             engage_from: None,
             lead: None,
             stand_off: None,
@@ -230,8 +236,11 @@ pub fn plan(request: &PlanRequest<'_>) -> Result<Plan> {
             let strips = planner.strips()?;
             let motions: Vec<RuledMotion> = strips.iter().map(|s| s.motion.clone()).collect();
             let passes = planner.passes(&motions)?;
-            let strips =
-                strips.into_iter().map(|FittedStrip { motion, deviation, steps }| Planned { motion, deviation, steps });
+            let strips = strips.into_iter().map(|FittedStrip { motion, deviation, steps, .. }| Planned {
+                motion,
+                deviation,
+                steps,
+            });
             (strips.collect(), passes, None, None)
         }
     };

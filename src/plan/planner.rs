@@ -5,6 +5,7 @@ use super::chart::{Chart, Frame};
 use super::counts::{Counts, Range, Trial, fewest};
 use super::fit::SphereFamily;
 use super::forecast::{bare_error, evened, evened_ahead, strip_error};
+use super::join::joined;
 use super::layout::{Choice, choose_layout};
 use super::limits::Limits;
 use super::link::chart_passes;
@@ -76,8 +77,13 @@ impl<'a> Planner<'a> {
         Ok(planner)
     }
 
-    /// Strips in number as asked for, or as few as the tolerance needs.
+    /// Strips in number as asked for, or as few as the tolerance needs, joined.
     pub(super) fn strips(&self) -> Result<Vec<FittedStrip>> {
+        Ok(joined(self.request, (&self.chart, &self.family, &self.limits()), self.separate()?))
+    }
+
+    /// Strips each fitted by itself.
+    fn separate(&self) -> Result<Vec<FittedStrip>> {
         let strategy = self.request.strategy;
         let fixed = match (strategy.kind, strategy.strips) {
             (StrategyKind::SingleSweep, _) => Some(1),

@@ -9,7 +9,7 @@ use super::assess::{Borders, Survey};
 use super::chart::{Chart, Frame};
 use super::fit::{BESIDE_MARGIN, BODY_MARGIN, SphereFamily, side_foot};
 use super::limits::Limits;
-use super::rails::{BLOCK, Rails, SECOND_DIFFERENCE};
+use super::rails::{BLOCK, RUN, Rails, SECOND_DIFFERENCE};
 use super::reach::MARGIN;
 use super::touch::{Hint, Instant, NoTouch, Probe, Touch, axis_gradient, point_gradient};
 use crate::geometry::Vector;
@@ -85,6 +85,8 @@ pub(super) struct Polish<'a> {
     ends: (f64, f64),
     /// For each rail and each pair of neighbouring control points: direction and least way along it.
     forward: Vec<(usize, Vector, f64)>,
+    /// Largest strain of the limits, whatever else a step gains.
+    bearable: f64,
     /// Price of squared second differences of a step, per mm^2.
     price: f64,
 }
@@ -150,7 +152,7 @@ impl<'a> Polish<'a> {
         }
         let forward = forward(rails, x);
         let ends = (start, end);
-        Some(Self { setting, rails, moments, ends, forward, price: 0.0 })
+        Some(Self { setting, rails, moments, ends, forward, bearable: f64::INFINITY, price: 0.0 })
     }
 
     /// Follows the points of a survey that stand out from their neighbours beyond `strain` as well, and those at which the
@@ -211,6 +213,11 @@ impl<'a> Polish<'a> {
         &mut self.moments[at]
     }
 
+    /// Lets no limit be strained more than this.
+    pub(super) fn bear(&mut self, strain: f64) {
+        self.bearable = strain;
+    }
+
     /// Sets the price of steps for where `x` stands, and returns the first trust region, mm.
     pub(super) fn ready(&mut self, x: &[f64]) -> Option<f64> {
         let mut rows = Rows::default();
@@ -220,6 +227,11 @@ impl<'a> Polish<'a> {
         self.price = self.setting.limits.strain_of(worst) / (ROUGH * worst).powi(2);
         let flank = self.setting.family.highest() - self.rails.lower_height;
         Some((BOLD * worst).min(BOLDEST * flank))
+    }
+
+    /// Makes steps dearer by a factor.
+    pub(super) fn dearer(&mut self, factor: f64) {
+        self.price *= factor;
     }
 
     /// Adds a row whose gradients with respect to the rail points at `t` are given.
@@ -237,13 +249,17 @@ impl<'a> Polish<'a> {
         (value, sides): (f64, Sides),
         (factor, out): (f64, &Vector),
     ) {
+        let (first, run) = self.moving((t, at), touch, out);
+        rows.bound(value, sides, run.into_iter().enumerate().map(move |(i, g)| (first + i, factor * g)));
+    }
+
+    /// What an envelope point moves along `out` with the unknowns: where the run of them starts, and the run.
+    pub(super) fn moving(&self, (t, at): (f64, &Instant), touch: &Touch, out: &Vector) -> (usize, [f64; RUN]) {
         let height = touch.centre_height - self.rails.lower_height;
         let radius = self.setting.family.radius(touch.centre_height).0;
         let contact = (touch.centre_height, radius, -touch.normal);
-        let [lower, upper, lower_rate, upper_rate] =
-            point_gradient(&at.rate, (at.length, height), contact, out).map(|v| v * factor);
-        let (first, run) = self.rails.rate_gradient(t, (&lower, &upper), (&lower_rate, &upper_rate));
-        rows.bound(value, sides, run.into_iter().enumerate().map(move |(i, g)| (first + i, g)));
+        let [lower, upper, lower_rate, upper_rate] = point_gradient(&at.rate, (at.length, height), contact, out);
+        self.rails.rate_gradient(t, (&lower, &upper), (&lower_rate, &upper_rate))
     }
 
     /// Deviation of one point, and whether it reaches its border.
@@ -289,7 +305,7 @@ impl<'a> Polish<'a> {
     /// the square of the distance. As far as the part goes on like itself it counts in full, lest its edge come to lie
     /// between two instants and the error there be seen by none.
     fn sides(&self, frame: &Frame) -> Sides {
-        let limits = self.setting.limits.sides();
+        let limits = self.setting.limits.sides_within(self.bearable);
         let continued = self.setting.chart.continued();
         if frame.within(continued) {
             return limits;
@@ -297,7 +313,10 @@ impl<'a> Polish<'a> {
         let off = frame.off * (1.0 - continued / frame.beyond);
         let allowance = off * off / self.setting.family.radius(self.rails.lower_height).0;
         match allowance.is_finite() {
-            true => Sides { allowance, hard_below: limits.hard_below + allowance, ..limits },
+            true => {
+                let (hard_above, hard_below) = (limits.hard_above + allowance, limits.hard_below + allowance);
+                Sides { allowance, hard_above, hard_below, ..limits }
+            }
             false => Sides::FREE,
         }
     }

@@ -24,6 +24,13 @@ impl Rails {
         Some(Self { knots: Knots::clamped_uniform(3, controls).ok()?, lower_height })
     }
 
+    /// Rails and unknowns of a motion.
+    pub(super) fn of(motion: &RuledMotion) -> (Self, Vec<f64>) {
+        let pairs = motion.lower.control().iter().zip(motion.upper.control());
+        let x = pairs.flat_map(|(a, b)| [a.x, a.y, a.z, b.x, b.y, b.z]).collect();
+        (Self { knots: motion.lower.knots().clone(), lower_height: motion.lower_height }, x)
+    }
+
     /// Control points a rail.
     pub(super) fn controls(&self) -> usize {
         self.knots.controls()

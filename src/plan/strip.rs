@@ -1,7 +1,7 @@
 //! Fits one strip: start, least squares with falling fairness, then the least largest error.
 
 use super::Observer;
-use super::assess::{AssessError, Deviation, Gouge, Stance, Survey, gouge_beside, survey};
+use super::assess::{AssessError, Borders, Deviation, Gouge, Stance, Survey, gouge_beside, survey};
 use super::chart::Chart;
 use super::fit::{FitWeights, SphereFamily, StripFit, StripSpec};
 use super::limits::Limits;
@@ -44,6 +44,10 @@ pub(super) struct FittedStrip {
     pub(super) deviation: Deviation,
     /// Steps of the optimizer.
     pub(super) steps: usize,
+    /// What it covers.
+    pub(super) borders: Borders,
+    /// How finely it is modelled.
+    pub(super) resolution: Resolution,
 }
 
 /// Why a strip could not be fitted.
@@ -175,7 +179,7 @@ pub(super) fn lay_strip(
     let motion = fit.rails().motion(&x).ok_or(StripError::BrokeDown)?;
     let dense = (resolution.instants * 4, resolution.heights * 2);
     let deviation = survey(&Probe { chart, tool, family, motion: &motion }, &band.borders, dense)?.whole()?;
-    Ok(FittedStrip { motion, deviation, steps: 0 })
+    Ok(FittedStrip { motion, deviation, steps: 0, borders: band.borders, resolution: *resolution })
 }
 
 /// The rulings that the fit of a band starts from. Refused where none touches the part, or where what is above the flutes
@@ -367,8 +371,16 @@ const STUCK: f64 = 0.95;
 /// Share of its error that a round must promise to gain.
 const GAIN: f64 = 5e-3;
 
+impl Setting<'_> {
+    /// How much a strip strains its limits; an axis that the machine does not make is worth less than any error.
+    pub(super) fn strain(&self, strip: &FittedStrip) -> f64 {
+        let left = self.family.bound().is_some_and(|bound| bound.is_left(&strip.motion));
+        self.limits.strain(&strip.deviation) + if left { UNMADE } else { 0.0 }
+    }
+}
+
 /// The strip that unknowns stand for, judged densely, if it covers its band.
-fn judge(
+pub(super) fn judge(
     setting: Setting<'_>,
     rails: &Rails,
     x: &[f64],
@@ -377,7 +389,8 @@ fn judge(
     let motion = rails.motion(x).ok_or(StripError::BrokeDown)?;
     let dense = (resolution.instants * 4, resolution.heights * 2);
     let survey = survey(&setting.probe(&motion), setting.borders, dense)?;
-    let strip = survey.whole().map(|deviation| FittedStrip { motion, deviation, steps: 0 });
+    let (borders, resolution) = (*setting.borders, *resolution);
+    let strip = survey.whole().map(|deviation| FittedStrip { motion, deviation, steps: 0, borders, resolution });
     Ok((strip.map_err(StripError::from), survey))
 }
 
@@ -390,12 +403,7 @@ fn refine(
     resolution: &Resolution,
     effort: &Effort<'_>,
 ) -> Result<FittedStrip, StripError> {
-    let limits = setting.limits;
-    // An axis that the machine does not make is worth less than any error.
-    let strain = |strip: &FittedStrip| {
-        let left = setting.family.bound().is_some_and(|bound| bound.is_left(&strip.motion));
-        limits.strain(&strip.deviation) + if left { UNMADE } else { 0.0 }
-    };
+    let strain = |strip: &FittedStrip| setting.strain(strip);
     let followed = (2 * resolution.instants - 1, resolution.heights);
     let Some(mut polish) = Polish::new(setting, rails, &x, followed) else { return best };
     let (mut rounds, mut short_by) = (0, 0.0);

@@ -256,3 +256,39 @@ fn what_cannot_be_planned_is_refused_with_place_and_remedy() {
         assert!(error.message.contains(why) && error.help.is_some(), "{error}");
     }
 }
+
+/// A surface 40 by 16 mm with a bulge of radius 1000 mm along the tool's axis and a wave along the cut, in two strips.
+fn two_strips(smoothness: f64) -> Plan {
+    let fall = 16.0_f64.powi(2) / 2000.0;
+    let wave = [0.0, 0.06, -0.04, 0.03];
+    let line = |(i, lift): (usize, &f64)| {
+        let x = 40.0 / 3.0 * i as f64;
+        vec![Point::new(x, 0.0, *lift), Point::new(x, 8.0, 0.0), Point::new(x, 16.0, -fall - lift)]
+    };
+    let knots = [vec![0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0], vec![0.0, 0.0, 0.0, 1.0, 1.0, 1.0]];
+    let control = wave.iter().enumerate().map(line).collect();
+    let surface = SplineSurface::new([3, 2], knots, control, None).unwrap();
+    let surface = DesignSurface::Spline(OrientedSpline::new(surface, false).unwrap());
+    let (part, tool) = (Part { name: "bent".into(), surface, check: Vec::new(), body: None }, cylinder());
+    let strategy = Strategy {
+        direction: Some(Vector::x()),
+        tip: Some(TipSide::Low),
+        strips: Some(2),
+        smoothness,
+        ..Strategy::new(StrategyKind::MultiStrip)
+    };
+    let request = request(&part, &tool, &strategy);
+    plan(&PlanRequest { overcut_tolerance: 0.02, undercut_tolerance: 0.02, ..request }).unwrap()
+}
+
+#[test]
+fn strips_that_are_joined_meet_more_smoothly_within_the_tolerance() {
+    let [alone, joined, firmly] = [0.0, 1.0, 10.0].map(two_strips);
+    let seam = |plan: &Plan| plan.strips[0].seam.unwrap();
+    for plan in [&joined, &firmly] {
+        assert!(seam(plan).kink_max_deg < seam(&alone).kink_max_deg, "{:?} {:?}", seam(plan), seam(&alone));
+        assert!(seam(plan).kink_mean_deg < seam(&alone).kink_mean_deg, "{:?} {:?}", seam(plan), seam(&alone));
+        assert!(plan.verdict.within_tolerance, "{:?}", plan.strips);
+    }
+    assert!(seam(&joined).kink_max_deg < 0.6 * seam(&alone).kink_max_deg, "{:?} {:?}", seam(&joined), seam(&alone));
+}

@@ -79,7 +79,11 @@ impl Probe<'_> {
     /// The envelope at `share` of the flank between the rails.
     pub(super) fn touch(&self, at: &Instant, share: f64, hint: &Hint) -> Result<Touch, NoTouch> {
         let centre_height = (self.motion.lower_height + share * at.length).min(self.family.highest());
-        let height = self.family.contact_height(centre_height);
+        self.touch_at(at, self.family.contact_height(centre_height), hint)
+    }
+
+    /// The envelope at a contact height above the tip, mm.
+    pub(super) fn touch_at(&self, at: &Instant, height: f64, hint: &Hint) -> Result<Touch, NoTouch> {
         let contact = self.tool.contact_at(height).ok_or(NoTouch::Degenerate)?;
         let point = envelope_point(&at.rate, &contact, &-hint.normal).map_err(|cause| {
             let centre = at.rate.pose.at_height(contact.sphere_height());

@@ -165,7 +165,7 @@ impl Rows {
     }
 
     /// Half the weighted sum of squares after `step`, to first order; at the place itself without one.
-    pub(super) fn soft(&self, step: Option<&[f64]>) -> f64 {
+    pub fn soft(&self, step: Option<&[f64]>) -> f64 {
         (0..self.weights.len())
             .map(|r| {
                 let value = step.map_or(self.squared.values[r], |step| self.squared.moved(r, step));
