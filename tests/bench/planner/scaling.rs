@@ -44,7 +44,7 @@ pub(crate) fn run() -> std::result::Result<(), Box<dyn std::error::Error>> {
 fn samples() -> Result<Vec<(f64, f64)>> {
     let part = part_of(Surface::Middle(S1.0, S1.1, 0.64))?;
     let mut points = Vec::new();
-    for (step, heights) in [(1.2, 8), (0.6, 10), (0.3, 20), (0.15, 30), (0.075, 40), (0.0375, 80), (0.02, 125)] {
+    for (step, heights) in [(1.2, 8), (0.6, 10), (0.3, 20), (0.15, 30), (0.075, 40), (0.0375, 80), (0.0375, 140)] {
         let rajain = RajainSettings { step: Some(step), heights, ..RajainSettings::default() };
         let strategy = Strategy {
             method: Method::Rajain2023,
@@ -60,7 +60,7 @@ fn samples() -> Result<Vec<(f64, f64)>> {
     Ok(points)
 }
 
-/// 1 to 200 strips, all alike, side by side around the inside of a ring.
+/// 1 to 200 strips, all alike, side by side around the waist of a ring.
 fn strips() -> Result<Vec<(f64, f64)>> {
     let mut points = Vec::new();
     for count in [1, 2, 5, 10, 20, 50, 100, 200] {
@@ -77,7 +77,7 @@ fn strips() -> Result<Vec<(f64, f64)>> {
     Ok(points)
 }
 
-/// One sweep of 5 to 320 mm around the inside of the same ring.
+/// One sweep of 5 to 320 mm around the same waist.
 fn lengths() -> Result<Vec<(f64, f64)>> {
     let mut points = Vec::new();
     for length in [5.0, 10.0, 20.0, 40.0, 80.0, 160.0, 320.0] {
@@ -93,11 +93,11 @@ fn lengths() -> Result<Vec<(f64, f64)>> {
     Ok(points)
 }
 
-/// Radius of the ring's narrowest circle, and of its tube, mm.
+/// Radius of the waist, and of the hollow around it, mm.
 const RING: f64 = 60.0;
-const TUBE: f64 = 40.0;
+const HOLLOW: f64 = 40.0;
 
-/// The inside of a ring about Z: `around` mm of its narrowest circle, `high` mm of its tube.
+/// A waisted ring about Z, seen from outside: `around` mm of its narrowest circle, `high` mm of its hollow.
 fn ring(around: f64, high: f64) -> Result<Part> {
     let (columns, rows) = ((around / 1.5).ceil() as usize + 4, (high / 1.5).ceil() as usize + 4);
     let points: Vec<Vec<Point>> = (0..=columns)
@@ -105,22 +105,22 @@ fn ring(around: f64, high: f64) -> Result<Part> {
             let turn = around / RING * (i as f64 / columns as f64 - 0.5);
             (0..=rows)
                 .map(|j| {
-                    let bend = high / TUBE * (j as f64 / rows as f64 - 0.5);
-                    let radius = RING + TUBE * (1.0 - bend.cos());
-                    Point::new(radius * turn.cos(), radius * turn.sin(), TUBE * bend.sin())
+                    let bend = high / HOLLOW * (j as f64 / rows as f64 - 0.5);
+                    let radius = RING + HOLLOW * (1.0 - bend.cos());
+                    Point::new(radius * turn.cos(), radius * turn.sin(), HOLLOW * bend.sin())
                 })
                 .collect()
         })
         .collect();
-    // Rows turn about Z, columns rise: the cross product points away from the axis, the tool stands inside.
-    let surface = spline(checked(interpolate_grid(&points))?, true)?;
+    // Rows turn about Z, columns rise: the cross product points away from the axis, where the tool stands.
+    let surface = spline(checked(interpolate_grid(&points))?, false)?;
     Ok(Part { name: "ring".into(), surface, check: Vec::new(), body: None })
 }
 
-/// Plans with the conical cutter of the gear flanks; the plan and the seconds it took.
+/// Plans with the flank of the gear flanks' conical cutter; the plan and the seconds it took.
 fn timed(part: &Part, strategy: &Strategy) -> Result<(Plan, f64)> {
     let shape = CutterShape::EndSpheres { r1: 0.3, r2: 1.0, length: 1.717 };
-    let fixture = Fixture { gauge_length: 110.0, ..Fixture::default() };
+    let fixture = Fixture { gauge_length: 3.0, ..Fixture::default() };
     let tool = Tool::new(1, &shape, &fixture).map_err(|e| Diagnostic::error(e.to_string()))?;
     let request = PlanRequest {
         name: "scaling",
