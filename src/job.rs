@@ -208,7 +208,7 @@ fn part(checks: &mut Checks<'_>, raw: raw::Part) -> PartSpec {
         Vector::from(placement.origin).into(),
         nalgebra::UnitQuaternion::from_euler_angles(rx, ry, rz),
     );
-    let triangles = triangles(checks, &file, raw.triangles, raw.crease_deg);
+    let triangles = triangles(checks, std::iter::once(&file).chain(&body).chain(&check), raw.triangles, raw.crease_deg);
     let units = raw.units.map(|u| match u {
         raw::Units::Mm => Units::Millimetres,
         raw::Units::Inch => Units::Inches,
@@ -224,8 +224,13 @@ fn part(checks: &mut Checks<'_>, raw: raw::Part) -> PartSpec {
 }
 
 /// How the triangles of the part's files are meant. Flat ones are what a file says; what lies between their corners
-/// otherwise only who made it knows.
-fn triangles(checks: &mut Checks<'_>, file: &str, given: Option<raw::Triangles>, crease: Option<f64>) -> Triangles {
+/// otherwise only who made it knows. `files` are the part's own, its body's and those of its check surfaces.
+fn triangles<'f>(
+    checks: &mut Checks<'_>,
+    files: impl Iterator<Item = &'f String> + Clone,
+    given: Option<raw::Triangles>,
+    crease: Option<f64>,
+) -> Triangles {
     if let Some(crease) = crease {
         checks.within("part.crease_deg", crease, &limits::CREASE);
         if given != Some(raw::Triangles::Curved) {
@@ -233,9 +238,14 @@ fn triangles(checks: &mut Checks<'_>, file: &str, given: Option<raw::Triangles>,
             checks.refuse("part.crease_deg", message, "add triangles = \"curved\", or leave crease_deg out");
         }
     }
-    let mesh = [".stl", ".obj"].iter().any(|kind| file.to_ascii_lowercase().ends_with(kind));
-    if given.is_some() && !file.is_empty() && !mesh {
-        let message = format!("{file} holds no triangles");
+    let mesh = |file: &String| [".stl", ".obj"].iter().any(|kind| file.to_ascii_lowercase().ends_with(kind));
+    // What has no name has been refused for that.
+    let mut named = files.filter(|file| !file.is_empty()).peekable();
+    if given.is_some() && named.peek().is_some() && !named.clone().any(mesh) {
+        let message = match named.clone().map(String::as_str).collect::<Vec<_>>().as_slice() {
+            [file] => format!("{file} holds no triangles"),
+            files => format!("none of {} holds triangles", files.join(", ")),
+        };
         checks.refuse("part.triangles", message, "leave `triangles` out, or give an .stl or .obj file");
     }
     match given {

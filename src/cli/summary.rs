@@ -184,7 +184,13 @@ pub(super) fn of_verdict(record: &Verification) -> String {
     );
     text.push_str(&of_size(program));
     if program.blending_mm > 0.0 {
-        let _ = writeln!(text, "corners     the program lets the control round them by {} mm", program.blending_mm);
+        let (corners, degrees, band) = (program.blending_mm, program.blending_rotary_deg, deviation.blending_band_mm);
+        let turned = if degrees > 0.0 {
+            format!(", a rotary axis by up to {degrees:.4} deg: {band:.4} mm at the tool")
+        } else {
+            String::new()
+        };
+        let _ = writeln!(text, "corners     the program lets the control round them by {corners} mm{turned}");
     }
     if let Some(trip) = &record.round_trip {
         let _ = writeln!(

@@ -153,8 +153,18 @@ fn triangles_are_curved_where_the_job_says_so() {
     assert_eq!(read("triangles = \"curved\""), Triangles::Curved { crease: Degrees(30.0).into() });
     assert_eq!(read("triangles = \"curved\"\ncrease_deg = 12"), Triangles::Curved { crease: Degrees(12.0).into() });
     let part = "file = \"blade.json\"";
+    // Body and check surfaces may be meshes where the part's own file is none.
+    for others in ["body = \"blade.stl\"", "check = [\"floor.json\", \"hub.OBJ\"]"] {
+        let text = GOOD.replace(part, &format!("{part}\n{others}\ntriangles = \"curved\""));
+        assert!(matches!(Job::read(&text, "job.toml").unwrap().part.reading.triangles, Triangles::Curved { .. }));
+    }
     for (keys, words, place) in [
         ("file = \"blade.json\"\ntriangles = \"curved\"", "blade.json holds no triangles", "job.toml:7:13"),
+        (
+            "file = \"blade.json\"\nbody = \"body.json\"\ntriangles = \"curved\"",
+            "none of blade.json, body.json holds triangles",
+            "job.toml:8:13",
+        ),
         ("file = \"blade.obj\"\ncrease_deg = 20", "flat triangles need no crease_deg", "job.toml:7:14"),
         (
             "file = \"blade.obj\"\ntriangles = \"curved\"\ncrease_deg = 0",

@@ -92,6 +92,7 @@ pub fn check(machine: &Machine) -> Result<CheckReport> {
         let names: Vec<&str> = machine.bodies.iter().map(|body| body.name.as_str()).collect();
         lines.push(format!("bodies: {}", names.join(", ")));
     }
+    lines.extend(homes(machine));
     lines.extend(contradictions.iter().map(|c| format!("contradiction: {c}")));
     Ok(CheckReport { lines, contradictions, tip_error, axis_error, reach, reachable_share, poles, map })
 }
@@ -223,6 +224,27 @@ fn overlaps(setup: &Setup) -> Result<Vec<String>> {
     Ok(scene.always_overlapping(&positions).into_iter().map(told).collect())
 }
 
+/// A warning where programs written for the machine go home to places that its file does not give: they are followed to
+/// zero then, wherever the machine goes.
+fn homes(machine: &Machine) -> Option<String> {
+    const HOMING: [(&str, usize); 2] = [("G28", 1), ("G30", 2)];
+    let (control, templates) = (&machine.control, &machine.control.templates);
+    let texts = [&templates.header, &templates.retract, &templates.tool_call, &templates.approach, &templates.end];
+    let texts = texts.into_iter().flatten().map(|template| &template.text);
+    let lines: Vec<&String> = control.options.retract_lines.iter().chain(texts).collect();
+    let written = |code: &str| {
+        let goes_on =
+            |text: &str, at: usize| text.get(at..).is_some_and(|rest| rest.starts_with(|c: char| c.is_ascii_digit()));
+        lines.iter().any(|text| text.match_indices(code).any(|(at, _)| !goes_on(text, at + code.len())))
+    };
+    let missing = |(code, needed): &&(&str, usize)| control.reference_positions.len() < *needed && written(code);
+    let (code, needed) = HOMING.iter().find(missing)?;
+    Some(format!(
+        "warning: programs go home by {code}, and control.reference_positions does not say where that is: it is taken for \
+         zero. Give {needed} of X, Y, Z, mm, and the rotary axes, degrees, such as [[0, 0, 500, 0, 0]]"
+    ))
+}
+
 /// What a machine file says that cannot all be true or of use.
 fn contradictions(machine: &Machine) -> Vec<String> {
     let mut found = Vec::new();
@@ -294,6 +316,24 @@ mod tests {
                 let home = machine.control.reference_positions.first().map_or(0.0, |position| position[2]);
                 assert_eq!(home, machine.linear[2].max, "{name}");
             }
+        }
+    }
+
+    #[test]
+    fn homes_that_the_file_does_not_give_are_warned_of() {
+        let warned = |lines: &[&str], positions: usize| {
+            let mut machine = Machine::named("trunnion-ac-30i").unwrap();
+            machine.control.options.retract_lines = lines.iter().map(|line| (*line).to_owned()).collect();
+            machine.control.reference_positions.resize(positions, [0.0; 5]);
+            let report = check(&machine).unwrap();
+            assert!(report.is_sound());
+            report.lines.iter().any(|line| line.starts_with("warning: programs go home"))
+        };
+        assert!(warned(&["G91 G28 Z0."], 0) && warned(&["G91G28Z0"], 0) && warned(&["G91 G30 Z0."], 1));
+        assert!(!warned(&["G91 G28 Z0."], 1) && !warned(&["G91 G30 Z0."], 2));
+        assert!(!warned(&["G53 G0 Z0."], 0) && !warned(&["G281"], 0) && !warned(&[], 0));
+        for (name, _) in super::super::BUILTIN {
+            assert_eq!(homes(&Machine::named(name).unwrap()), None, "{name}");
         }
     }
 

@@ -209,6 +209,9 @@ pub struct DialectOptions {
     pub vector_interpolation: TcpInterpolation,
     /// Whether the control stops at the end of each feed block where a program asks for exact ends (G61, G9, G60).
     pub exact_stop: bool,
+    /// How far the control lets each rotary axis that turns leave its way at corners that a program lets it round (G64 P),
+    /// radians; `None` as far as two blocks laid over each other bring it.
+    pub rounding_rotary: Option<f64>,
     /// Seconds between the places that the control interpolates: it stops at one of them. Zero where that is not known.
     pub cycle: f64,
     /// Which way a wrapped rotary axis turns.
@@ -264,6 +267,7 @@ impl DialectOptions {
             tcp_limits_axes: true,
             vector_interpolation: TcpInterpolation::GreatCircle,
             exact_stop: true,
+            rounding_rotary: None,
             cycle: 0.0,
             rollover: Rollover::Shortest,
             shortest_way: ShortestWay::Wrapped,

@@ -136,6 +136,7 @@ struct RawOptions {
     tcp_limits_axes: Option<bool>,
     vector_interpolation: Option<TcpInterpolation>,
     exact_stop: Option<bool>,
+    rounding_rotary_deg: Option<f64>,
     cycle: Option<f64>,
     rollover: Option<Rollover>,
     shortest_way: Option<ShortestWay>,
@@ -294,6 +295,17 @@ impl Reader<'_> {
         })
     }
 
+    /// Radians.
+    fn rounding_rotary(&self, degrees: Option<f64>) -> Result<Option<f64>> {
+        match degrees {
+            Some(degrees) if !(0.0..=180.0).contains(&degrees) => {
+                let message = format!("rotary axes that leave their way by {degrees} degrees round no corner");
+                self.bad("control.options.rounding_rotary_deg", message, "write degrees, such as 0.01, or leave it out")
+            }
+            given => Ok(given.map(f64::to_radians)),
+        }
+    }
+
     fn cycle(&self, seconds: f64) -> Result<f64> {
         if (0.0..=1.0).contains(&seconds) {
             return Ok(seconds);
@@ -364,6 +376,7 @@ impl Reader<'_> {
             tcp_limits_axes: raw.tcp_limits_axes.unwrap_or(default.tcp_limits_axes),
             vector_interpolation: raw.vector_interpolation.unwrap_or(default.vector_interpolation),
             exact_stop: raw.exact_stop.unwrap_or(default.exact_stop),
+            rounding_rotary: self.rounding_rotary(raw.rounding_rotary_deg)?.or(default.rounding_rotary),
             cycle: self.cycle(raw.cycle.unwrap_or(default.cycle))?,
             rollover: raw.rollover.unwrap_or(default.rollover),
             shortest_way: raw.shortest_way.unwrap_or(default.shortest_way),

@@ -301,6 +301,13 @@ fn options() -> Value {
                 "description": "How it turns between blocks with tool vectors.",
             },
             "exact_stop": flag("Whether the control stops at the end of each feed block on G61, G9 or G60."),
+            "rounding_rotary_deg": {
+                "type": "number",
+                "minimum": 0,
+                "maximum": 180,
+                "description": "How far each rotary axis that turns may leave its way at corners that a program lets the \
+                    control round (G64 P), degrees; as far as two blocks laid over each other bring it when left out.",
+            },
             "cycle": {
                 "type": "number",
                 "minimum": 0,

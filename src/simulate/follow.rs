@@ -5,6 +5,7 @@ use super::arc::Arc;
 use super::duration::feed_duration;
 use super::rapid::{rapid_duration, stopped_duration};
 use super::rollover::turn_to;
+use super::rounding::Rounding;
 use super::segment::{Path, Segment, SegmentKind};
 use super::tool_motion::ToolMotion;
 use crate::diagnostic::Severity;
@@ -44,7 +45,7 @@ pub fn simulate(program: &Program, setup: &Setup, tool: Option<OwnTool>) -> Tool
     follower.changes_up_to(program.changes.len());
     let mut findings = program.findings.clone();
     findings.merge(follower.findings);
-    ToolMotion::new(setup.clone(), follower.segments, findings).blended(follower.blending)
+    ToolMotion::new(setup.clone(), follower.segments, findings).rounded(follower.rounding)
 }
 
 /// Turns of a rotary axis in one block, and distance from any zero, mm, beyond which a move is not followed.
@@ -76,9 +77,9 @@ struct Follower<'a> {
     rules: FeedRules,
     /// How the tool turns with TCP on, where the program has said it.
     interpolation: Option<TcpInterpolation>,
-    /// What is to be done at the ends of blocks, and the largest tolerance with which a feed move ended, mm.
+    /// What is to be done at the ends of blocks, and where corners may be rounded.
     path_control: Option<PathControl>,
-    blending: f64,
+    rounding: Rounding,
     rpm: f64,
     time: f64,
     /// Axes that the program names anywhere, and those it has positioned so far.
@@ -110,7 +111,7 @@ impl<'a> Follower<'a> {
             rules: FeedRules::new(machine.control.dialect, &machine.control.options),
             interpolation: None,
             path_control: None,
-            blending: 0.0,
+            rounding: Rounding::default(),
             rpm: 0.0,
             time: 0.0,
             needed: AxisSet(program.moves.iter().fold(0, |bits, step| bits | step.given.0) & !AxisSet::VECTOR.0),
@@ -300,7 +301,10 @@ impl<'a> Follower<'a> {
             _ => segment.programmed,
         };
         if let (Some(_), Some(PathControl::Tolerance(tolerance))) = (feed, self.path_control) {
-            self.blending = self.blending.max(tolerance);
+            self.rounding.tolerance = self.rounding.tolerance.max(tolerance);
+            if tolerance > 0.0 && self.segments.last().is_some_and(|last| last.kind == SegmentKind::Feed) {
+                self.rounding.corners.push(self.segments.len() as u32);
+            }
         }
         self.time += segment.duration;
         self.segments.push(segment);

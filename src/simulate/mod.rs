@@ -9,6 +9,7 @@ mod duration;
 mod follow;
 mod rapid;
 mod rollover;
+mod rounding;
 mod segment;
 mod statistics;
 #[cfg(test)]
@@ -18,6 +19,7 @@ mod tool_motion;
 pub use arc::Arc;
 pub use axis_course::SegmentCourse;
 pub use follow::{OwnTool, simulate};
+pub use rounding::ToolReach;
 pub use segment::{Path, Segment, SegmentKind};
 pub use statistics::{AxisReport, AxisStatistics, LimitKind, LimitViolation};
 pub use tool_motion::ToolMotion;

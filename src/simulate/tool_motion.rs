@@ -1,6 +1,7 @@
 //! The motion a program makes: segments in time, each exact between its ends. Uses `geometry`, `machine` and `motion`.
 
 use super::bound;
+use super::rounding::{Rounding, ToolReach};
 use super::segment::{Path, Segment};
 use crate::machine::{AxisPosition, Setup};
 use crate::motion::Pose;
@@ -12,24 +13,36 @@ pub struct ToolMotion {
     setup: Setup,
     segments: Vec<Segment>,
     findings: Findings,
-    blending: f64,
+    rounding: Rounding,
 }
 
 impl ToolMotion {
     /// Joins a machine with a part and a tool, what moves on it, and what was found remarkable.
     pub fn new(setup: Setup, segments: Vec<Segment>, findings: Findings) -> Self {
-        Self { setup, segments, findings, blending: 0.0 }
+        Self { setup, segments, findings, rounding: Rounding::default() }
     }
 
-    /// The same where the program lets the control round corners between feed moves by up to `blending` mm.
-    #[must_use]
-    pub fn blended(self, blending: f64) -> Self {
-        Self { blending, ..self }
+    /// The same where the program lets the control round corners between feed moves.
+    pub(super) fn rounded(self, rounding: Rounding) -> Self {
+        Self { rounding, ..self }
     }
 
-    /// By how much the program lets the control round corners between feed moves at most, mm: a band about this motion.
+    /// By how much the program lets the control round corners between feed moves at most, mm of the linear axes.
     pub fn blending(&self) -> f64 {
-        self.blending
+        self.rounding.tolerance
+    }
+
+    /// How far a rotary axis may leave its way where corners may be rounded, at most, radians: as far as two blocks laid
+    /// over each other bring it, or as the machine file says.
+    pub fn rotary_blending(&self) -> f64 {
+        self.rounding.rotary(&self.setup, &self.segments)
+    }
+
+    /// How far any point of the tool may leave its way where corners may be rounded, mm: a band about this motion. `clear`
+    /// says for a segment how far the tool is from what matters where it begins, about that corner: rotary axes may bring
+    /// it that near without harm.
+    pub fn blending_band(&self, reach: &ToolReach, clear: impl Fn(usize) -> f64 + Sync) -> f64 {
+        self.rounding.tolerance + self.rounding.at_tool(&self.setup, &self.segments, reach, clear)
     }
 
     /// The machine with its part and tool.

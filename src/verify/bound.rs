@@ -17,7 +17,7 @@ use super::sweep::{Sweep, along_curve};
 use super::swept::{OpenStretch, SweptTool};
 use crate::part::{Cell, Cells, DesignSurface};
 use rayon::prelude::*;
-use std::rc::Rc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Upper bounds over the whole region, mm; `None` where nothing could be shown.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -143,58 +143,32 @@ impl<M: BlockMotion> Region<'_, M> {
     /// Shows that no move, of those in some nodes of feed moves and rapids, reaches deeper than `limit` below any point of
     /// a cell.
     fn no_overcut(&self, cells: &Cells<'_>, cell: &Cell, limit: f64, [feed, rapid]: [&[u32]; 2]) -> bool {
-        let stretches = |nodes: &[u32]| nodes.iter().copied().map(OpenStretch::Node).collect::<Rc<[OpenStretch]>>();
-        self.clear(&self.sweep.feed, cells, cell, limit, stretches(feed))
-            && self.clear(&self.sweep.rapid, cells, cell, limit, stretches(rapid))
-    }
-
-    fn clear(
-        &self,
-        swept: &SweptTool<'_, M>,
-        cells: &Cells<'_>,
-        cell: &Cell,
-        limit: f64,
-        open: Rc<[OpenStretch]>,
-    ) -> bool {
-        let mut stack = vec![(*cell, open, 0)];
-        let mut spent = 0;
-        while let Some((cell, open, quarterings)) = stack.pop() {
-            spent += 1;
-            let stuck: Rc<[OpenStretch]> = swept.not_clear_of(&Fan::of(&cell), -limit, &open).into();
-            if stuck.is_empty() {
-                continue;
-            }
-            if quarterings == QUARTERINGS || spent > MOST_CELLS {
-                return false;
-            }
-            stack.extend(cells.quarters(&cell).map(|quarter| (quarter, Rc::clone(&stuck), quarterings + 1)));
-        }
-        true
+        let clear = |swept: &SweptTool<'_, M>, nodes: &[u32]| {
+            let open: Vec<OpenStretch> = nodes.iter().copied().map(OpenStretch::Node).collect();
+            by_quarters(cells, *cell, open, &|cell, open: &Vec<OpenStretch>| {
+                let stuck = swept.not_clear_of(&Fan::of(cell), -limit, open);
+                if stuck.is_empty() { Shown::Yes } else { Shown::OfQuarters(stuck) }
+            })
+        };
+        clear(&self.sweep.feed, feed) && clear(&self.sweep.rapid, rapid)
     }
 
     /// Shows that over every point of a cell some move comes down to `limit`.
     fn no_undercut(&self, cells: &Cells<'_>, cell: &Cell, cuts: &[Instant], limit: f64) -> bool {
-        let mut stack = vec![(*cell, cuts.to_vec(), 0)];
-        let mut spent = 0;
-        while let Some((cell, cuts, quarterings)) = stack.pop() {
-            spent += 1;
-            if self.covered(&cell, &cuts, limit) {
-                continue;
+        by_quarters(cells, *cell, cuts.to_vec(), &|cell, cuts: &Vec<Instant>| {
+            if self.covered(cell, cuts, limit) {
+                return Shown::Yes;
             }
-            let settled = self.settled(&cell, &cuts);
-            if self.covered(&cell, &settled, limit) {
-                continue;
+            let settled = self.settled(cell, cuts);
+            if self.covered(cell, &settled, limit) {
+                return Shown::Yes;
             }
-            let cuts = self.deepest(&cell, &settled);
-            if self.covered(&cell, &cuts, limit) || self.covered(&cell, &self.beside(&cuts, &cell), limit) {
-                continue;
+            let cuts = self.deepest(cell, &settled);
+            if self.covered(cell, &cuts, limit) || self.covered(cell, &self.beside(&cuts, cell), limit) {
+                return Shown::Yes;
             }
-            if cuts.is_empty() || quarterings == QUARTERINGS || spent > MOST_CELLS {
-                return false;
-            }
-            stack.extend(cells.quarters(&cell).map(|quarter| (quarter, cuts.clone(), quarterings + 1)));
-        }
-        true
+            if cuts.is_empty() { Shown::Never } else { Shown::OfQuarters(cuts) }
+        })
     }
 
     /// When the passes that cut nearby places at known times cut a cell's middle.
@@ -226,6 +200,50 @@ impl<M: BlockMotion> Region<'_, M> {
         let margin = cell.bulge + 2.0 * cell.turn * limit;
         cuts.iter().any(|when| self.sweep.feed.holds_all(*when, &rays, limit, margin))
     }
+}
+
+/// Whether something is shown of a cell.
+enum Shown<T> {
+    Yes,
+    /// Its quarters do not help.
+    Never,
+    /// It is where it is shown of all its quarters, by what is handed on to them.
+    OfQuarters(T),
+}
+
+/// Whether `shown` holds of a cell, or of its quarters, theirs and so on, as many cells as may be spent on one. Threads
+/// share the quarters: what is shown does not depend on their order, for all of them count.
+fn by_quarters<T: Sync + Send>(
+    cells: &Cells<'_>,
+    cell: Cell,
+    known: T,
+    shown: &(impl Fn(&Cell, &T) -> Shown<T> + Sync),
+) -> bool {
+    struct Proof<'p, 'c, F> {
+        cells: &'p Cells<'c>,
+        shown: &'p F,
+        spent: AtomicUsize,
+    }
+    fn holds<T: Sync + Send, F: Fn(&Cell, &T) -> Shown<T> + Sync>(
+        proof: &Proof<'_, '_, F>,
+        cell: &Cell,
+        known: &T,
+        quarterings: u32,
+    ) -> bool {
+        let spent = proof.spent.fetch_add(1, Ordering::Relaxed) + 1;
+        if spent > MOST_CELLS {
+            return false;
+        }
+        match (proof.shown)(cell, known) {
+            Shown::Yes => true,
+            Shown::Never => false,
+            Shown::OfQuarters(_) if quarterings == QUARTERINGS => false,
+            Shown::OfQuarters(known) => {
+                proof.cells.quarters(cell).par_iter().all(|quarter| holds(proof, quarter, &known, quarterings + 1))
+            }
+        }
+    }
+    holds(&Proof { cells, shown, spent: AtomicUsize::new(0) }, &cell, &known, 0)
 }
 
 /// Instants less than this apart, in blocks, are one cut.

@@ -96,6 +96,7 @@ fn guarded(
     let (grid, sag) = triangles(surface, allowed);
     let points: Vec<_> = grid.samples.iter().map(|sample| sample.point).collect();
     let mesh = collide::Obstacle::new(what.name(), role, &points, &grid.triangles).ok()?;
+    // Curved patches leave the mesh by less than they bulge: what is so near the skin crosses it, which is followed.
     let mesh = match surface.mesh() {
         Some(whole) => mesh.with_inside(whole),
         None => mesh,

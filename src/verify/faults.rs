@@ -4,6 +4,7 @@
 use super::deviation::PartDeviation;
 use super::measured::{MeasuredSample, ray_of};
 use super::motion_tree::{BlockMotion, Instant};
+use super::outlier::Ends;
 use super::ray::NormalRay;
 use super::strips::Runs;
 use super::sweep::Sweep;
@@ -23,6 +24,8 @@ const MOST_BACK: usize = 50;
 const FINE: u32 = 16;
 /// Rapids between feed moves that are looked at, each in all of the part.
 const MOST_RAPIDS: usize = 200;
+/// Share of what is left over by which the end of a block must be off the course of the others to explain it.
+const OFF_SHARE: f64 = 0.5;
 /// Share of a block within which a touch counts as its end.
 const END: f64 = 1e-3;
 
@@ -97,6 +100,13 @@ impl<M: BlockMotion> Faults<'_, M> {
                 Fault::Undercut => worst.touch.map_or(first.block, |touch| self.blamed(fault, &touch).block),
             };
             let begin = self.arrival(fault, allowed, begin, &worst);
+            let begin = match fault {
+                Fault::Overcut => begin,
+                Fault::Undercut => {
+                    let missing = worst.deviation().map_or(0.0, |deviation| fault.beyond(deviation, allowed));
+                    self.wrong_block((first.block.min(begin), last.block.max(begin)), missing).unwrap_or(begin)
+                }
+            };
             Some(Stretch { begin, first: first.block.min(begin), last: last.block, worst })
         };
         bad.chunk_by(one).filter_map(stretch).collect()
@@ -136,6 +146,15 @@ impl<M: BlockMotion> Faults<'_, M> {
             }
         }
         block
+    }
+
+    /// The first block about a stretch that ends off the course of the others, far enough for so much to be left over: the
+    /// tool there goes away, on a way of several blocks, from material that it nearly reaches before and after.
+    fn wrong_block(&self, (first, last): (usize, usize), missing: f64) -> Option<usize> {
+        let run = self.runs.of_block(first);
+        let height = self.sweep.feed.tree.reference;
+        let same = |block: usize| self.runs.of_block(block) == run;
+        Ends::around(self.sweep.feed.motion, (first, last), height, same)?.first_wrong(OFF_SHARE * missing)
     }
 
     /// Rays all over the triangles about the sample of the grid that is nearest to a place.

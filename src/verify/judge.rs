@@ -21,7 +21,7 @@ use super::uncertainty::uncertainty;
 use crate::motion::ToolPath;
 use crate::nc::{Findings, Program};
 use crate::part::Part;
-use crate::simulate::{LimitViolation, ToolMotion};
+use crate::simulate::{LimitViolation, ToolMotion, ToolReach};
 use crate::tool::{Section, Tool};
 
 /// What is verified against what.
@@ -134,7 +134,14 @@ pub fn verify(subject: &Subject<'_>, settings: &Settings) -> Verified {
 
     let contacts = contacts.into_sorted();
     let axes = motion.axis_report();
-    let deviation = deviation_record(&part, subject.tolerance, settings.window, bounds);
+    let reach = ToolReach { heights: (0.0, subject.tool.flute_length()), radius: flutes.radius };
+    // Blocks that only link keep that far away from the part.
+    let is_link = |block: usize| links.get(block).copied().unwrap_or(true);
+    let clear = |corner: usize| {
+        if is_link(corner.saturating_sub(1)) && is_link(corner) { settings.window.outward } else { 0.0 }
+    };
+    let band = motion.blending_band(&reach, clear);
+    let deviation = deviation_record(&part, subject.tolerance, settings.window, (bounds, band));
     let faults = Faults { surface: &subject.part.surface, sweep: &sweep, part: &part, runs: &runs };
     let line = |block: usize| motion.segments().get(block).map_or(0, |segment| segment.line);
     let mut found =
@@ -177,7 +184,7 @@ fn deviation_record(
     part: &PartDeviation,
     tolerance: ToleranceRecord,
     window: Window,
-    bounds: Option<Bounds>,
+    (bounds, band): (Option<Bounds>, f64),
 ) -> DeviationRecord {
     let overcut = part.worst_overcut.and_then(|m| m.deviation()).map_or(0.0, |d| -d);
     let undercut = part.worst_undercut.map_or(0.0, |m| m.deviation().unwrap_or(window.outward));
@@ -188,8 +195,9 @@ fn deviation_record(
         within_tolerance_share: part.area_share(|s| s.deviation().is_some_and(|d| allowed.contains(&d))),
         tolerance,
         samples: part.measured,
-        overcut_bound_mm: bounds.and_then(|b| b.overcut),
-        undercut_bound_mm: bounds.and_then(|b| b.undercut),
+        overcut_bound_mm: bounds.and_then(|b| b.overcut).map(|bound| bound + band),
+        undercut_bound_mm: bounds.and_then(|b| b.undercut).map(|bound| bound + band),
+        blending_band_mm: band,
         uncut_share: part.area_share(|s| s.touch.is_none()),
         window_mm: window.outward.min(window.inward),
         border_mm: part.border,
@@ -307,16 +315,25 @@ fn limit_reason(limits: &[LimitViolation]) -> Option<String> {
 
 /// What is within tolerance only as long as the control does not round corners as far as it may.
 fn blending_reason(record: &Verification) -> Option<String> {
-    let (deviation, band) = (&record.deviation, record.program.blending_mm);
+    let (deviation, program) = (&record.deviation, &record.program);
+    let band = deviation.blending_band_mm;
     let sides = [
         ("overcut", deviation.overcut_max_mm, deviation.tolerance.overcut),
         ("undercut", deviation.undercut_max_mm, deviation.tolerance.undercut),
     ];
     let passed = |(_, value, limit): &(&str, f64, f64)| *value <= limit + ROUNDING && value + band > limit + ROUNDING;
     let (name, value, limit) = sides.into_iter().find(passed)?;
-    let most = value + band;
+    let (corners, degrees, most) = (program.blending_mm, program.blending_rotary_deg, value + band);
+    let turned = if degrees > 0.0 {
+        format!(
+            ", a rotary axis may be {degrees:.4} degrees off there, which is {band:.4} mm with it at the tool (control.options.\
+             rounding_rotary_deg of the machine file says more exactly how far; G61 or G61.1 allows none)"
+        )
+    } else {
+        String::new()
+    };
     Some(format!(
-        "the program lets the control round corners by {band} mm: {name} may be {most:.4} mm, {limit} mm are allowed"
+        "the program lets the control round corners by {corners} mm{turned}: {name} may be {most:.4} mm, {limit} mm are allowed"
     ))
 }
 

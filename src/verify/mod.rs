@@ -17,6 +17,7 @@ mod links;
 mod measured;
 mod modal;
 mod motion_tree;
+mod outlier;
 mod plane;
 mod ray;
 mod record;

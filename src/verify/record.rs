@@ -206,10 +206,13 @@ pub struct DeviationRecord {
     pub tolerance: ToleranceRecord,
     /// Samples measured, those between the grid's included.
     pub samples: usize,
-    /// Guaranteed upper bound of the overcut; null where none was computed.
+    /// Guaranteed upper bound of the overcut, band included; null where none was computed.
     pub overcut_bound_mm: Option<f64>,
-    /// Guaranteed upper bound of the undercut; null where none was computed.
+    /// Guaranteed upper bound of the undercut, band included; null where none was computed.
     pub undercut_bound_mm: Option<f64>,
+    /// How far the tool may leave the motion that is measured where the program lets the control round corners, both ways:
+    /// by the tolerance of the linear axes and what rotary axes may be off.
+    pub blending_band_mm: f64,
     /// Share of the area that no pass reaches.
     pub uncut_share: f64,
     /// How far along the normals the tool was looked for.
@@ -251,8 +254,10 @@ pub struct ProgramRecord {
     pub cut_length_mm: f64,
     /// One over the duration of the shortest feed move.
     pub max_block_rate_hz: f64,
-    /// By how much the program lets the control round corners: a band about the motion that is measured.
+    /// By how much the program lets the control round corners, of the linear axes.
     pub blending_mm: f64,
+    /// How far a rotary axis may be off its way there.
+    pub blending_rotary_deg: f64,
 }
 
 /// Program against tool path.
@@ -349,6 +354,7 @@ impl ProgramRecord {
             cut_length_mm: feed().fold(0.0, |length, s| length + motion.tip_length(s)),
             max_block_rate_hz: 1.0 / shortest,
             blending_mm: motion.blending(),
+            blending_rotary_deg: motion.rotary_blending().to_degrees(),
         }
     }
 }

@@ -22,7 +22,7 @@ use super::plane::{Plane, radial_direction};
 use super::ray::{Entry, LocalRay, NormalRay};
 use crate::geometry::Direction;
 use crate::motion::Pose;
-use std::rc::Rc;
+use std::sync::Arc;
 
 /// How far along a normal the tool is looked for, mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -82,7 +82,7 @@ pub(super) enum OpenStretch {
     /// A node of the motion's tree, by its index; the first is all of it.
     Node(u32),
     /// A part of one block.
-    Part(Rc<Part>),
+    Part(Arc<Part>),
 }
 
 /// What one pose and its planes say of a stretch.
@@ -311,7 +311,7 @@ impl<'a, M: BlockMotion> SweptTool<'a, M> {
                         continue;
                     }
                     match node.right {
-                        0 => stack.push(OpenStretch::Part(Rc::new(Part::of(&node.stretch)))),
+                        0 => stack.push(OpenStretch::Part(Arc::new(Part::of(&node.stretch)))),
                         right => stack.extend([OpenStretch::Node(right), OpenStretch::Node(index + 1)]),
                     }
                 }
@@ -323,7 +323,7 @@ impl<'a, M: BlockMotion> SweptTool<'a, M> {
                     let halves =
                         clear(&part.stretch.linear.standing()).then(|| part.halves(self.motion, self.tree.reference));
                     match halves.flatten() {
-                        Some(halves) => stack.extend(halves.map(|half| OpenStretch::Part(Rc::new(half)))),
+                        Some(halves) => stack.extend(halves.map(|half| OpenStretch::Part(Arc::new(half)))),
                         None => stuck.push(OpenStretch::Part(part)),
                     }
                 }

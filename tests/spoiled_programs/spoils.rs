@@ -42,6 +42,16 @@ pub(crate) const SPOILS: &[Spoil] = &[
     spoil("a digit of Z", |c, p| valued(c, p, 'Z', |v| v - 0.1)),
     spoil("a digit of the first rotary", |c, p| valued(c, p, rotary(c, 0), |v| v + 1.0)),
     spoil("a digit of the second rotary", |c, p| valued(c, p, rotary(c, 1), |v| v + 3.0)),
+    spoil("a digit of X in two blocks", |c, p| on_cuts(c, p, 2, |l| with_value(l, 'X', |v| v + 0.1))),
+    spoil("a digit of Y in two blocks", |c, p| on_cuts(c, p, 2, |l| with_value(l, 'Y', |v| v - 0.1))),
+    spoil("a digit of Z in two blocks", |c, p| on_cuts(c, p, 2, |l| with_value(l, 'Z', |v| v - 0.1))),
+    spoil("a digit of Z in three blocks", |c, p| on_cuts(c, p, 3, |l| with_value(l, 'Z', |v| v + 0.1))),
+    spoil("a digit of the first rotary in two blocks", |c, p| {
+        on_cuts(c, p, 2, |l| with_value(l, rotary(c, 0), |v| v + 1.0))
+    }),
+    spoil("a digit of the second rotary in two blocks", |c, p| {
+        on_cuts(c, p, 2, |l| with_value(l, rotary(c, 1), |v| v + 3.0))
+    }),
     spoil("point of X lost", |c, p| point_lost(c, p, 'X')),
     spoil("point of Y lost", |c, p| point_lost(c, p, 'Y')),
     spoil("point of Z lost", |c, p| point_lost(c, p, 'Z')),
@@ -141,6 +151,20 @@ fn on_cut(case: &Case, place: f64, edit: impl Fn(&str) -> Option<String>) -> Opt
         .filter(|number| **number >= first)
         .find_map(|number| Some((*number, edit(line(&case.text, *number))?)))?;
     Spoiled::text(replaced(&case.text, number, &[&new]), Some(number))
+}
+
+/// Changes so many cuts in a row, the first ones from a place on that can all be changed so.
+fn on_cuts(case: &Case, place: f64, count: usize, edit: impl Fn(&str) -> Option<String>) -> Option<Spoiled> {
+    let first = case.cut(place);
+    let from = case.cuts.iter().position(|number| *number >= first)?;
+    let rows = case.cuts.get(from..)?.windows(count);
+    let edited = |row: &[usize]| {
+        let new = row.iter().map(|number| Some((*number, edit(line(&case.text, *number))?)));
+        new.collect::<Option<Vec<(usize, String)>>>()
+    };
+    let new = rows.filter(|row| row.windows(2).all(|pair| pair[1] == pair[0] + 1)).find_map(edited)?;
+    let text = new.iter().fold(case.text.clone(), |text, (number, new)| replaced(&text, *number, &[new]));
+    Spoiled::text(text, new.first().map(|(number, _)| *number))
 }
 
 /// Changes a word so that it tells: what is next to nothing, or nearly stays, is left for the next line.

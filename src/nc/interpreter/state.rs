@@ -182,12 +182,14 @@ impl Interpreter<'_> {
             self.change(block, Change::PathControl(PathControl::Exact));
         }
         if codes.blend {
-            let tolerance = letters.get(b'P').map(|p| p * self.scale());
+            // To LinuxCNC a tolerance of zero is none.
+            let some = |p: &f64| *p > 0.0 || !self.rules.blends_at_start;
+            let tolerance = letters.get(b'P').map(|p| p * self.scale()).filter(some);
             self.said_blending = tolerance.is_some();
             if let Some(tolerance) = tolerance {
                 let message =
                     format!("the control rounds corners by up to {tolerance} mm, more where rotary axes turn");
-                let help = "write G61 or G61.1: corners are followed exactly here";
+                let help = "write G61 or G61.1, or allow for the band that `verify` adds to its figures";
                 self.note(block, FindingCode::Blending, &message, help);
             }
             self.change(block, Change::PathControl(tolerance.map_or(PathControl::Free, PathControl::Tolerance)));

@@ -65,6 +65,7 @@ fn good_program_passes_with_all_keys_in_order() {
         "samples",
         "overcut_bound_mm",
         "undercut_bound_mm",
+        "blending_band_mm",
         "strips",
         "count",
         "kink_max_deg",
@@ -76,6 +77,7 @@ fn good_program_passes_with_all_keys_in_order() {
         "cut_length_mm",
         "max_block_rate_hz",
         "blending_mm",
+        "blending_rotary_deg",
         "round_trip",
         "axes",
         "X",
@@ -153,6 +155,39 @@ fn corners_that_may_be_rounded_are_a_band_about_the_motion() {
     assert_eq!((narrow.verdict, narrow.program.blending_mm), (Verdict::Pass, 0.004), "{:?}", narrow.reasons);
     let wide = with("0.006");
     assert!(only_reason(&wide).contains("overcut may be 0.0060 mm"), "{:?}", wide.record.reasons);
+}
+
+/// In the cut, and 20 mm above the part.
+#[test]
+fn rotary_axes_that_may_leave_their_way_at_corners_widen_the_band() {
+    let cut = cuts();
+    let with = |before: &str, after: &str| {
+        let verified =
+            check(&program(&format!("G64 P0.001\n{}", cut.replace(before, after))), None, &Settings::default());
+        (verified.record.program.blending_rotary_deg, verified.record.deviation.blending_band_mm, verified)
+    };
+    let (degrees, band, plain) = with("X40\n", "X40\n");
+    assert_eq!((degrees, band, plain.record.verdict), (0.0, 0.001, Verdict::Pass), "{:?}", plain.record.reasons);
+    // About the tool's own axis the part turns under it.
+    let (degrees, band, _) = with("X-40\nY6\n", "X-40 C0.01\nY6 C0.02\n");
+    assert!((degrees - 0.01).abs() < 1e-9 && (band - 0.001).abs() < 1e-6, "{degrees} {band}");
+    // A tilt of 0.01 degrees beside none: at the end of the flutes of 40 mm, and at their radius of 5 mm.
+    let (degrees, band, tilted) = with("X40\nY0\n", "X40\nY0 A0.01\n");
+    let angle = 0.01_f64.to_radians();
+    assert!((degrees - 0.01).abs() < 1e-9 && (band - 0.001 - 45.0 * angle).abs() < 1e-6, "{degrees} {band}");
+    let said = &tilted.record.reasons;
+    assert!(said.iter().any(|reason| reason.contains("a rotary axis may be 0.0100 degrees off there")), "{said:?}");
+    let (degrees, band, far) = with("Y6\nX40\n", "Y6\nX40\nZ20\nA1\n");
+    assert!((degrees - 1.0).abs() < 1e-9 && band == 0.001, "{degrees} {band}");
+    assert_eq!(far.record.verdict, Verdict::Pass, "{:?}", far.record.reasons);
+}
+
+/// To LinuxCNC that means as much as the machine makes of it.
+#[test]
+fn a_tolerance_of_zero_is_none_to_linuxcnc() {
+    let verified = check(&program(&format!("G64 P0\n{}", cuts())), None, &Settings::default());
+    let said = verified.record.findings.iter().find(|finding| finding.id == "R206").map(|finding| &finding.message);
+    assert!(said.is_some_and(|said| said.contains("without any tolerance")), "{said:?}");
 }
 
 #[test]
