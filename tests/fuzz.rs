@@ -58,6 +58,8 @@ const PIECES: &[&str] = &[
     "A3=0.1 B3=-.2 C3=1\n",
     "C=DC(350) ",
     "CYCLE832(0.01)\n",
+    "CYCLE832(0.01,3,0.2)\n",
+    "5 CYCL DEF 32.1 T0.02\n6 CYCL DEF 32.2 HSC-MODE:0 TA0.5\n",
     "FGROUP(X,Y,A)\n",
     "FGREF[A]=10\n",
     "SUPA ",

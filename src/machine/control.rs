@@ -210,7 +210,7 @@ pub struct DialectOptions {
     /// Whether the control stops at the end of each feed block where a program asks for exact ends (G61, G9, G60).
     pub exact_stop: bool,
     /// How far the control lets each rotary axis that turns leave its way at corners that a program lets it round (G64 P),
-    /// radians; `None` as far as two blocks laid over each other bring it.
+    /// radians; `None` as far as the program says, else as two blocks laid over each other bring it.
     pub rounding_rotary: Option<f64>,
     /// Seconds between the places that the control interpolates: it stops at one of them. Zero where that is not known.
     pub cycle: f64,

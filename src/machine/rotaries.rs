@@ -102,6 +102,12 @@ impl Rotaries {
         })
     }
 
+    /// The spindle axis, turned about the second axis.
+    pub(super) fn tilted(&self, second: &Turn) -> Vector {
+        let (sin, cos) = second.sin_cos;
+        self.along + self.across * cos + self.third * sin
+    }
+
     /// Smallest and largest angle between the first axis and the directions that can be made, radians.
     pub(super) fn reach(&self) -> [f64; 2] {
         let difference = 2.0 * self.half_difference.0.atan2(self.half_difference.1);
@@ -140,8 +146,7 @@ impl Rotaries {
         let free = sin < POLE / 2.0 || cos < POLE / 2.0;
         let branch = |psi: Turn| {
             let second = sum(&self.nearest, &psi);
-            let (s, c) = second.sin_cos;
-            let tool = self.along + self.across * c + self.third * s;
+            let tool = self.tilted(&second);
             let first = if free { Turn::by(0.0) } else { self.turn_onto(&tool, &d) };
             [first, second]
         };

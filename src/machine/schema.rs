@@ -306,7 +306,8 @@ fn options() -> Value {
                 "minimum": 0,
                 "maximum": 180,
                 "description": "How far each rotary axis that turns may leave its way at corners that a program lets the \
-                    control round (G64 P), degrees; as far as two blocks laid over each other bring it when left out.",
+                    control round (G64 P), degrees; as far as the program says, else as two blocks laid over each other \
+                    bring it, when left out.",
             },
             "cycle": {
                 "type": "number",

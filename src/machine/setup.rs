@@ -226,9 +226,7 @@ impl Setup {
     }
 
     fn turned_axis(&self, [first, second]: &[Turn; 2]) -> Direction {
-        let spindle = self.machine.spindle.axis.into_inner();
-        let tilted = second.apply(&self.joints[1].direction, spindle);
-        Direction::new_normalize(first.apply(&self.joints[0].direction, tilted))
+        Direction::new_normalize(first.apply(&self.joints[0].direction, self.rotaries.tilted(second)))
     }
 
     /// Where the tool stands in the part frame.

@@ -193,6 +193,8 @@ pub enum Change {
     },
     /// What the control does to corners.
     PathControl(PathControl),
+    /// How far rotary axes may leave their way at corners that may be rounded, degrees, where the program says it.
+    RoundingRotary(Option<f64>),
     /// Unit of lengths.
     Units {
         /// Inches; else millimetres.

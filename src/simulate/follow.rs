@@ -5,7 +5,7 @@ use super::arc::Arc;
 use super::duration::feed_duration;
 use super::rapid::{rapid_duration, stopped_duration};
 use super::rollover::turn_to;
-use super::rounding::Rounding;
+use super::rounding::{Corner, Rounding};
 use super::segment::{Path, Segment, SegmentKind};
 use super::tool_motion::ToolMotion;
 use crate::diagnostic::Severity;
@@ -80,6 +80,8 @@ struct Follower<'a> {
     /// What is to be done at the ends of blocks, and where corners may be rounded.
     path_control: Option<PathControl>,
     rounding: Rounding,
+    /// How far the program lets rotary axes leave their way there, radians.
+    rounding_rotary: Option<f64>,
     rpm: f64,
     time: f64,
     /// Axes that the program names anywhere, and those it has positioned so far.
@@ -112,6 +114,7 @@ impl<'a> Follower<'a> {
             interpolation: None,
             path_control: None,
             rounding: Rounding::default(),
+            rounding_rotary: None,
             rpm: 0.0,
             time: 0.0,
             needed: AxisSet(program.moves.iter().fold(0, |bits, step| bits | step.given.0) & !AxisSet::VECTOR.0),
@@ -170,6 +173,7 @@ impl<'a> Follower<'a> {
             Change::Spindle { rpm, .. } => self.rpm = rpm,
             Change::Dwell(seconds) => self.time += seconds,
             Change::PathControl(control) => self.path_control = Some(control),
+            Change::RoundingRotary(degrees) => self.rounding_rotary = degrees.map(f64::to_radians),
             Change::Stop | Change::Coolant(_) | Change::Units { .. } => {}
         }
     }
@@ -303,7 +307,8 @@ impl<'a> Follower<'a> {
         if let (Some(_), Some(PathControl::Tolerance(tolerance))) = (feed, self.path_control) {
             self.rounding.tolerance = self.rounding.tolerance.max(tolerance);
             if tolerance > 0.0 && self.segments.last().is_some_and(|last| last.kind == SegmentKind::Feed) {
-                self.rounding.corners.push(self.segments.len() as u32);
+                let corner = Corner { segment: self.segments.len(), rotary: self.rounding_rotary };
+                self.rounding.corners.push(corner);
             }
         }
         self.time += segment.duration;

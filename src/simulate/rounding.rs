@@ -4,8 +4,8 @@
 //! The tolerance that a program gives (G64 P) bounds the linear axes. A control that begins a block before the one before
 //! has ended moves every axis by the sum of both: overlapped by a length d of the way, a rotary axis is off by d times the
 //! change of its turn per length. Blocks overlap by the whole of the shorter one at most, so that
-//! `delta = min(La, Lb) |turn_b / Lb - turn_a / La|`. Where the machine file says how far the control lets them go, that
-//! holds.
+//! `delta = min(La, Lb) |turn_b / Lb - turn_a / La|`. Where the program says how far the control lets them go (the third
+//! argument of CYCLE832, TA of cycle 32), or the machine file does, that holds; the machine file first.
 
 use super::segment::{Path, Segment};
 use crate::geometry::Vector;
@@ -18,8 +18,17 @@ use rayon::prelude::*;
 pub(super) struct Rounding {
     /// Largest tolerance of the linear axes, mm.
     pub(super) tolerance: f64,
-    /// Segments that begin at such a corner, by their indices.
-    pub(super) corners: Vec<u32>,
+    /// The corners.
+    pub(super) corners: Vec<Corner>,
+}
+
+/// A corner that may be rounded.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Corner {
+    /// Index of the segment that begins there.
+    pub(super) segment: usize,
+    /// How far the program lets each rotary axis leave its way, radians, where it says so.
+    pub(super) rotary: Option<f64>,
 }
 
 /// The tool between two heights above its tip and within a radius, mm.
@@ -34,7 +43,9 @@ pub struct ToolReach {
 impl Rounding {
     /// How far a rotary axis may be off at most, radians.
     pub(super) fn rotary(&self, setup: &Setup, segments: &[Segment]) -> f64 {
-        self.most(segments, |_, before, after| departures(setup, before, after).into_iter().fold(0.0, f64::max))
+        let most =
+            |corner: &Corner, ends: [&Segment; 2]| departures(setup, corner, ends).into_iter().fold(0.0, f64::max);
+        self.most(segments, most)
     }
 
     /// How far any point of the tool may be off because rotary axes are, mm; less by what is `clear` about it at the
@@ -46,30 +57,31 @@ impl Rounding {
         reach: &ToolReach,
         clear: impl Fn(usize) -> f64 + Sync,
     ) -> f64 {
-        let moved = |index: usize, before: &Segment, after: &Segment| {
-            let off = departures(setup, before, after).into_iter().enumerate();
+        let moved = |corner: &Corner, ends: [&Segment; 2]| {
+            let [_, after] = ends;
+            let off = departures(setup, corner, ends).into_iter().enumerate();
             let moved =
                 off.map(|(slot, by)| if by > 0.0 { displacement(setup, after, (slot, by), reach) } else { 0.0 });
-            moved.sum::<f64>() - clear(index)
+            moved.sum::<f64>() - clear(corner.segment)
         };
         self.most(segments, moved)
     }
 
-    fn most(&self, segments: &[Segment], of: impl Fn(usize, &Segment, &Segment) -> f64 + Sync) -> f64 {
-        let corner = |index: &u32| {
-            let after = *index as usize;
-            Some(of(after, segments.get(after.checked_sub(1)?)?, segments.get(after)?))
+    fn most(&self, segments: &[Segment], of: impl Fn(&Corner, [&Segment; 2]) -> f64 + Sync) -> f64 {
+        let at = |corner: &Corner| {
+            let before = segments.get(corner.segment.checked_sub(1)?)?;
+            Some(of(corner, [before, segments.get(corner.segment)?]))
         };
-        self.corners.par_iter().filter_map(corner).reduce(|| 0.0, f64::max)
+        self.corners.par_iter().filter_map(at).reduce(|| 0.0, f64::max)
     }
 }
 
 /// How far each rotary axis may leave its way at the corner between two segments, radians.
-fn departures(setup: &Setup, before: &Segment, after: &Segment) -> [f64; 2] {
-    let lengths = [before, after].map(length);
-    let given = setup.machine().control.options.rounding_rotary;
+fn departures(setup: &Setup, corner: &Corner, ends: [&Segment; 2]) -> [f64; 2] {
+    let lengths = ends.map(length);
+    let given = setup.machine().control.options.rounding_rotary.or(corner.rotary);
     std::array::from_fn(|slot| {
-        let [a, b] = [before, after].map(|segment| segment.to.rotary[slot] - segment.from.rotary[slot]);
+        let [a, b] = ends.map(|segment| segment.to.rotary[slot] - segment.from.rotary[slot]);
         match given {
             Some(most) => {
                 if a == 0.0 && b == 0.0 {
@@ -159,7 +171,7 @@ mod tests {
 
     fn path(places: &[AxisPosition]) -> (Vec<Segment>, Rounding) {
         let segments: Vec<Segment> = places.windows(2).map(|pair| segment(pair[0], pair[1])).collect();
-        let corners = (1..segments.len() as u32).collect();
+        let corners = (1..segments.len()).map(|segment| Corner { segment, rotary: None }).collect();
         (segments, Rounding { tolerance: 0.01, corners })
     }
 
@@ -188,7 +200,10 @@ mod tests {
         assert!((rounding.rotary(&setup(None), &segments) - 0.5).abs() < 1e-15);
         assert_eq!(rounding.rotary(&setup(Some(0.001)), &segments), 0.001);
         assert_eq!(rounding.rotary(&setup(Some(0.0)), &segments), 0.0);
-        assert_eq!(departures(&setup(Some(0.001)), &segments[0], &segments[1]), [0.0, 0.001]);
+        let said = Corner { segment: 1, rotary: Some(0.02) };
+        let ends = [&segments[0], &segments[1]];
+        assert_eq!(departures(&setup(None), &said, ends), [0.0, 0.02]);
+        assert_eq!(departures(&setup(Some(0.001)), &said, ends), [0.0, 0.001]);
     }
 
     proptest! {

@@ -145,7 +145,7 @@ impl<M: BlockMotion> Region<'_, M> {
     fn no_overcut(&self, cells: &Cells<'_>, cell: &Cell, limit: f64, [feed, rapid]: [&[u32]; 2]) -> bool {
         let clear = |swept: &SweptTool<'_, M>, nodes: &[u32]| {
             let open: Vec<OpenStretch> = nodes.iter().copied().map(OpenStretch::Node).collect();
-            by_quarters(cells, *cell, open, &|cell, open: &Vec<OpenStretch>| {
+            by_quarters(cells, *cell, open, &|cell, open: &Vec<OpenStretch>, _| {
                 let stuck = swept.not_clear_of(&Fan::of(cell), -limit, open);
                 if stuck.is_empty() { Shown::Yes } else { Shown::OfQuarters(stuck) }
             })
@@ -155,7 +155,7 @@ impl<M: BlockMotion> Region<'_, M> {
 
     /// Shows that over every point of a cell some move comes down to `limit`.
     fn no_undercut(&self, cells: &Cells<'_>, cell: &Cell, cuts: &[Instant], limit: f64) -> bool {
-        by_quarters(cells, *cell, cuts.to_vec(), &|cell, cuts: &Vec<Instant>| {
+        by_quarters(cells, *cell, cuts.to_vec(), &|cell, cuts: &Vec<Instant>, quarterings| {
             if self.covered(cell, cuts, limit) {
                 return Shown::Yes;
             }
@@ -163,12 +163,35 @@ impl<M: BlockMotion> Region<'_, M> {
             if self.covered(cell, &settled, limit) {
                 return Shown::Yes;
             }
+            // Where known cuts come down to every corner, each to some, no other one is wanting: the cell is too large for
+            // any, as where it lies across a seam.
+            let known =
+                if (1..QUARTERINGS).contains(&quarterings) { self.all_down(cell, &settled, limit) } else { None };
+            if let Some(known) = known {
+                let beside = self.covered(cell, &self.beside(&known, cell), limit);
+                return if beside { Shown::Yes } else { Shown::OfQuarters(known) };
+            }
             let cuts = self.deepest(cell, &settled);
             if self.covered(cell, &cuts, limit) || self.covered(cell, &self.beside(&cuts, cell), limit) {
                 return Shown::Yes;
             }
             if cuts.is_empty() { Shown::Never } else { Shown::OfQuarters(cuts) }
         })
+    }
+
+    /// The instants at which the passes of some cuts are lowest over a cell's middle and corners; `None` unless one of them
+    /// comes down to `limit` over each of these.
+    fn all_down(&self, cell: &Cell, cuts: &[Instant], limit: f64) -> Option<Vec<Instant>> {
+        let mut known = Vec::new();
+        for ray in std::iter::once(Fan::of(cell).ray).chain(cell.corners.iter().map(ray_of)) {
+            let touches = cuts.iter().filter_map(|when| self.sweep.feed.near(&ray, *when));
+            let down: Vec<Instant> = touches.filter(|touch| touch.depth <= limit).map(|touch| touch.when).collect();
+            if down.is_empty() {
+                return None;
+            }
+            known.extend(down);
+        }
+        Some(distinct(known.into_iter()))
     }
 
     /// When the passes that cut nearby places at known times cut a cell's middle.
@@ -188,9 +211,9 @@ impl<M: BlockMotion> Region<'_, M> {
     /// Instants a little before and after some cuts. Where the tool's end passes over a cell it cuts deepest with its rim,
     /// which holds nothing about the place; soon after, or before, the tool does, and hardly higher.
     fn beside(&self, cuts: &[Instant], cell: &Cell) -> Vec<Instant> {
-        const WAYS: [f64; 3] = [3.0, 12.0, 48.0];
-        let ways = || WAYS.into_iter().flat_map(|way| [way, -way]).map(|way| way * cell.radius());
-        cuts.iter().flat_map(|cut| ways().filter_map(|way| self.sweep.feed.farther_on(*cut, way))).collect()
+        const WAYS: [f64; 6] = [3.0, -3.0, 12.0, -12.0, 48.0, -48.0];
+        let ways = WAYS.map(|way| way * cell.radius());
+        cuts.iter().flat_map(|cut| self.sweep.feed.farther_on(*cut, ways).into_iter().flatten()).collect()
     }
 
     /// True where the tool at one of some instants holds the whole cell, lifted by `limit`.
@@ -211,20 +234,20 @@ enum Shown<T> {
     OfQuarters(T),
 }
 
-/// Whether `shown` holds of a cell, or of its quarters, theirs and so on, as many cells as may be spent on one. Threads
+/// Whether `shown`, which is told how many times a cell has been quartered, holds of a cell, or of its quarters, theirs and so on, as many cells as may be spent on one. Threads
 /// share the quarters: what is shown does not depend on their order, for all of them count.
 fn by_quarters<T: Sync + Send>(
     cells: &Cells<'_>,
     cell: Cell,
     known: T,
-    shown: &(impl Fn(&Cell, &T) -> Shown<T> + Sync),
+    shown: &(impl Fn(&Cell, &T, u32) -> Shown<T> + Sync),
 ) -> bool {
     struct Proof<'p, 'c, F> {
         cells: &'p Cells<'c>,
         shown: &'p F,
         spent: AtomicUsize,
     }
-    fn holds<T: Sync + Send, F: Fn(&Cell, &T) -> Shown<T> + Sync>(
+    fn holds<T: Sync + Send, F: Fn(&Cell, &T, u32) -> Shown<T> + Sync>(
         proof: &Proof<'_, '_, F>,
         cell: &Cell,
         known: &T,
@@ -234,7 +257,7 @@ fn by_quarters<T: Sync + Send>(
         if spent > MOST_CELLS {
             return false;
         }
-        match (proof.shown)(cell, known) {
+        match (proof.shown)(cell, known, quarterings) {
             Shown::Yes => true,
             Shown::Never => false,
             Shown::OfQuarters(_) if quarterings == QUARTERINGS => false,

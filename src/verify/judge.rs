@@ -110,11 +110,11 @@ pub fn verify(subject: &Subject<'_>, settings: &Settings) -> Verified {
     let sweep = timeline.sweep(&flutes, settings.window, settings.resolution);
     let fineness = Fineness { spacing, change: settings.refinement, border: settings.border };
     let allowed = Allowed { contact: settings.contact, overcut: subject.tolerance.overcut, spacing };
-    let (part, crossed) = rayon::join(
+    let (part, (crossed, surface)) = rayon::join(
         || measure(&subject.part.surface, &sweep, settings.window, &fineness),
         || crossings(motion, subject.tool, subject.part, allowed),
     );
-    let links = links(motion, subject.tool, &part, settings.window.outward);
+    let links = links(motion, subject.tool, (&part, surface), settings.window.outward);
     let runs = Runs::of(&links);
     let region = Region { surface: &subject.part.surface, sweep: &sweep, part: &part, runs: &runs };
     let bounds = settings.bound.map(|resolution| region.bounds(resolution, subject.tolerance));

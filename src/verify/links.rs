@@ -4,17 +4,22 @@
 use super::crossings::BlockSweep;
 use super::deviation::PartDeviation;
 use super::motion_tree::BlockMotion;
-use crate::collide::{Clearance, Move, Obstacle, Role, ToolSolid};
+use crate::collide::{Clearance, Move, Obstacle, ToolSolid};
 use crate::tool::{Section, Tool};
 
 /// How exactly clearances are followed, as a share of the clearance asked for.
 const SHARE: f64 = 0.5;
 
 /// Of each block whether it is a rapid, or keeps the flutes more than about `clearance` mm away from the part all along.
-pub(super) fn links<M: BlockMotion>(motion: &M, tool: &Tool, part: &PartDeviation, clearance: f64) -> Vec<bool> {
+/// Its `surface` is that which crossings were looked for in.
+pub(super) fn links<M: BlockMotion>(
+    motion: &M,
+    tool: &Tool,
+    (part, surface): (&PartDeviation, Option<Obstacle>),
+    clearance: f64,
+) -> Vec<bool> {
     let mut links: Vec<bool> = (0..motion.blocks()).map(|block| motion.is_rapid(block)).collect();
-    let points: Vec<_> = part.samples.iter().map(|sample| sample.sample.point).collect();
-    let Ok(surface) = Obstacle::new("part", Role::Avoid, &points, &part.triangles) else { return links };
+    let Some(surface) = surface else { return links };
     // What has cut a sample is near; the others are followed.
     let mut cut = links.clone();
     for touch in part.samples.iter().filter_map(|sample| sample.touch) {

@@ -11,14 +11,18 @@ impl<M: BlockMotion> SweptTool<'_, M> {
         self.at(ray, when).map(|touch| self.settle(ray, &query, touch))
     }
 
-    /// The instant at which the tool has gone `way` mm farther, or back where that is negative, in blocks of the same kind.
-    pub(super) fn farther_on(&self, from: Instant, way: f64) -> Option<Instant> {
+    /// The instants at which the tool has gone so many mm farther, or back where they are negative, in blocks of the same
+    /// kind; `None` where these end before.
+    pub(super) fn farther_on<const N: usize>(&self, from: Instant, ways: [f64; N]) -> [Option<Instant>; N] {
+        let first = self.way_of(from.block);
+        ways.map(|way| self.gone(from, way, first))
+    }
+
+    /// The instant at which the tool has gone `way` mm on from another, whose block is `first` mm long.
+    fn gone(&self, from: Instant, way: f64, first: f64) -> Option<Instant> {
         const BLOCKS: usize = 8;
-        let (mut now, mut left) = (from, way);
+        let (mut now, mut left, mut length) = (from, way, first);
         for _ in 0..BLOCKS {
-            let [start, end] = [0.0, 1.0].map(|share| self.motion.pose(now.block, share));
-            let height = self.tree.reference;
-            let length = (end.tip - start.tip).norm().max((end.at_height(height) - start.at_height(height)).norm());
             let share = now.share + left / length.max(f64::MIN_POSITIVE);
             if (0.0..=1.0).contains(&share) {
                 return Some(Instant { share, ..now });
@@ -29,8 +33,16 @@ impl<M: BlockMotion> SweptTool<'_, M> {
             }
             left -= (reached - now.share) * length;
             now = Instant { block: next, share: 1.0 - reached };
+            length = self.way_of(next);
         }
         None
+    }
+
+    /// How far tip or reference point goes in a block, mm.
+    fn way_of(&self, block: usize) -> f64 {
+        let [start, end] = [0.0, 1.0].map(|share| self.motion.pose(block, share));
+        let height = self.tree.reference;
+        (end.tip - start.tip).norm().max((end.at_height(height) - start.at_height(height)).norm())
     }
 
     /// Follows the depth downhill in time from a touch: by parabolas over blocks and within them, then on into the

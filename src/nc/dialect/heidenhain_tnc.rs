@@ -52,6 +52,7 @@ enum Keyword {
 pub(super) fn reading() -> Rules {
     let mut rules = Rules::empty(Syntax::Klartext);
     rules.keywords = KEYWORDS;
+    rules.rotary_tolerance = true;
     rules.common_m_codes();
     rules.set_m(&[13], MCode::Spindle(SpindleTurn::Clockwise));
     rules.set_m(&[14], MCode::Spindle(SpindleTurn::Counterclockwise));

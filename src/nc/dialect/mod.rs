@@ -55,6 +55,8 @@ pub struct Rules {
     pub(super) length_by_d: bool,
     /// Whether the control rounds corners freely until told otherwise.
     pub(super) blends_at_start: bool,
+    /// Whether a tolerance for corners may come with one for rotary axes, read as a Q word, degrees.
+    pub(super) rotary_tolerance: bool,
     /// Whether a program must say where it ends.
     pub(super) end_needed: bool,
     /// Whether the arc's P word counts turns.
@@ -212,6 +214,7 @@ impl Rules {
             own_length: false,
             length_by_d: false,
             blends_at_start: false,
+            rotary_tolerance: false,
             end_needed: false,
             arc_turns: false,
             tcp_says_interpolation: false,

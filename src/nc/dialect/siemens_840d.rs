@@ -84,6 +84,7 @@ pub(super) fn reading(options: &DialectOptions) -> Rules {
     let mut rules = Rules::empty(Syntax::Siemens { max_block_length: options.max_block_length });
     rules.common_codes();
     rules.keywords = KEYWORDS;
+    rules.rotary_tolerance = true;
     for (codes, meaning) in [
         (&[700, 7000][..], GCode::Units { inch: true }),
         (&[710, 7100], GCode::Units { inch: false }),

@@ -2,6 +2,7 @@
 
 use super::Rules;
 use crate::machine::{Dialect, DialectOptions, Machine, PointRule, TcpInterpolation, builtin};
+use crate::nc::code::PathControl;
 use crate::nc::program::{ArcCentre, AxisSet, Change, Feed, Frame, LengthOffset, Turn, Way};
 use crate::nc::{Finding, Program, read};
 
@@ -78,6 +79,23 @@ fn what_siemens_programs_hold_beyond_motion_is_known_or_said() {
         (11, Some(6), "unreadable-text"),
     ];
     assert_eq!(found(&program, text), expected, "{:?}", program.findings.list());
+}
+
+#[test]
+fn tolerances_of_rotary_axes_come_with_those_of_corners() {
+    let corners = |program: &Program| {
+        let said = changes(program).into_iter();
+        said.filter(|change| matches!(change, Change::PathControl(_) | Change::RoundingRotary(_))).collect::<Vec<_>>()
+    };
+    let band = |mm: f64| Change::PathControl(PathControl::Tolerance(mm));
+    let siemens = siemens("CYCLE832(0.01,112001)\nCYCLE832(0.02, 3, 0.4)\nCYCLE832()\nG1 X1 F5\nM30\n");
+    let expected = [Change::RoundingRotary(None), band(0.01), Change::RoundingRotary(Some(0.4)), band(0.02)];
+    assert_eq!(corners(&siemens), expected);
+    let klartext = klartext(
+        "0 BEGIN PGM A MM\n1 CYCL DEF 32.0 TOLERANCE\n2 CYCL DEF 32.1 T0.02\n3 CYCL DEF 32.2 HSC-MODE:0 TA0,5\n\
+         4 CYCL DEF 32.2 HSC-MODE:1\n5 END PGM A MM\n",
+    );
+    assert_eq!(corners(&klartext), [Change::RoundingRotary(None), band(0.02), Change::RoundingRotary(Some(0.5))]);
 }
 
 #[test]

@@ -181,7 +181,12 @@ impl Interpreter<'_> {
             self.said_blending = true;
             self.change(block, Change::PathControl(PathControl::Exact));
         }
-        if codes.blend {
+        let rotary = letters.get(b'Q').filter(|_| codes.blend && self.rules.rotary_tolerance);
+        if codes.blend && self.rules.rotary_tolerance {
+            self.change(block, Change::RoundingRotary(rotary.map(f64::abs)));
+        }
+        // A tolerance of rotary axes alone goes with that of the block before.
+        if codes.blend && (rotary.is_none() || letters.get(b'P').is_some()) {
             // To LinuxCNC a tolerance of zero is none.
             let some = |p: &f64| *p > 0.0 || !self.rules.blends_at_start;
             let tolerance = letters.get(b'P').map(|p| p * self.scale()).filter(some);

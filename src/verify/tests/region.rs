@@ -191,7 +191,7 @@ fn contacts(tool: &Tool, motion: &Blocks, surface: &DesignSurface, check: Option
         body: None,
         check: check.into_iter().cloned().collect(),
     };
-    for contact in crossings(motion, tool, &part, ALLOWED) {
+    for contact in crossings(motion, tool, &part, ALLOWED).0 {
         found.add(&runs, contact);
     }
     found.into_sorted().into_iter().map(|(contact, _)| contact).collect()
@@ -303,7 +303,7 @@ fn the_body_is_entered_nowhere_but_cut_within_tolerance() {
     };
     let run = |y: f64, z: f64| {
         let at = |x: f64| pose([x, y, z], [0.0, 0.0, 1.0]);
-        crossings(&Blocks::through(&[at(-20.0), at(20.0)]), &cylinder(10.0), &part, ALLOWED)
+        crossings(&Blocks::through(&[at(-20.0), at(20.0)]), &cylinder(10.0), &part, ALLOWED).0
     };
     assert_eq!(run(5.0, 0.0), vec![]);
     assert_eq!(run(5.0, -0.005), vec![]);

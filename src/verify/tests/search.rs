@@ -60,7 +60,8 @@ fn farther_on_is_so_far_along_the_way_and_ends_with_the_cut() {
     let sweep = SweptTool::new(&motion, &tree, &body, WINDOW, 1e-6);
     let from = Instant { block: 0, share: 0.5 };
     let place = |way: f64| {
-        let when = sweep.farther_on(from, way)?;
+        let [when] = sweep.farther_on(from, [way]);
+        let when = when?;
         Some(motion.pose(when.block, when.share).tip.x)
     };
     for way in [-1.0, -0.4, 0.0, 0.7, 1.5, 3.9] {

@@ -153,7 +153,8 @@ impl<'a> Klartext<'a> {
         after
     }
 
-    /// `CYCL DEF 247 DATUM SETTING ~`, `CYCL DEF 7.1 X+0`, `CYCL DEF 32.1 T0.01`.
+    /// `CYCL DEF 247 DATUM SETTING ~`, `CYCL DEF 7.1 X+0`, `CYCL DEF 32.1 T0.01`,
+    /// `CYCL DEF 32.2 HSC-MODE:0 TA0.5`.
     fn cycle(&mut self, rest: &'a [u8], what: &'a [u8]) -> &'a [u8] {
         let number = what.strip_prefix(b"DEF").and_then(|number| decimal(behind_blanks(number), false, true).ok());
         let Some((after, number)) = number else { return self.not_followed(rest) };
@@ -170,6 +171,16 @@ impl<'a> Klartext<'a> {
                 if let Some((end, tolerance)) = value.strip_prefix(b"T").and_then(|t| decimal(t, false, true).ok()) {
                     self.scanner.keyword(Keyword::Tolerance as usize, rest, end);
                     self.scanner.word(b'P', tolerance, WordMode::Plain, value, end);
+                }
+            }
+            (32, _) if number.value > 32.15 && number.value < 32.25 => {
+                let rotary = value.split(|byte| is_blank(*byte)).find_map(|part| {
+                    let (end, rotary) = decimal(part.strip_prefix(b"TA")?, false, true).ok()?;
+                    Some((part, end, rotary))
+                });
+                if let Some((part, end, rotary)) = rotary {
+                    self.scanner.keyword(Keyword::Tolerance as usize, rest, part);
+                    self.scanner.word(b'Q', rotary, WordMode::Plain, part, end);
                 }
             }
             // Headings, the rest of the tolerance cycle, a dwell.

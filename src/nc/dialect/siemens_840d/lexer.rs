@@ -150,12 +150,15 @@ fn call<'a>(scanner: &mut Scanner<'a>, rest: &'a [u8], name: &[u8], open: &'a [u
         return after;
     }
     if name.eq_ignore_ascii_case(b"CYCLE832") {
-        // Its first argument is the tolerance; none ends it.
-        if let (Some(index), Ok((_, tolerance))) =
-            (keyword_index(KEYWORDS, name), decimal(behind_blanks(arguments), false, false))
-        {
+        // Its first argument is the tolerance, its third that of the tool's orientation; none ends it.
+        let number = |argument: &'a [u8]| decimal(behind_blanks(argument), false, false).ok().map(|(_, number)| number);
+        let mut numbers = arguments.split(|byte| *byte == b',').map(number);
+        if let (Some(index), Some(Some(tolerance))) = (keyword_index(KEYWORDS, name), numbers.next()) {
             scanner.keyword(index, rest, after);
             scanner.word(b'P', tolerance, WordMode::Plain, rest, after);
+            if let Some(Some(orientation)) = numbers.nth(1) {
+                scanner.word(b'Q', orientation, WordMode::Plain, rest, after);
+            }
         }
         return after;
     }
