@@ -27,6 +27,8 @@ const NO_BETTER: f64 = 0.5;
 pub(super) enum Trial<S> {
     /// All strips, and their strain.
     Whole(S, f64),
+    /// Strips that hold, but more of them: those that did not were divided.
+    Mended(S),
     /// The strain of those fitted: enough to tell that this number does not hold.
     Missed(f64),
 }
@@ -37,6 +39,8 @@ pub(super) trait Counts {
     type Strips;
     /// Strain foreseen for a number of strips.
     fn foreseen(&self, count: usize) -> Result<f64>;
+    /// How many strips there are.
+    fn size(strips: &Self::Strips) -> usize;
     /// Fits a number of strips, as far as need be.
     fn trial(&self, count: usize) -> Result<Trial<Self::Strips>>;
     /// Fits a number of strips to the end.
@@ -79,6 +83,13 @@ pub(super) fn fewest<C: Counts>(counts: &C, range: Range) -> Result<C::Strips> {
                     known.best = Some((strain, strips));
                 }
                 strain
+            }
+            Ok(Trial::Mended(strips)) => {
+                let fewer = |(strain, best): &(f64, C::Strips)| *strain > 1.0 || C::size(&strips) < C::size(best);
+                if known.best.as_ref().is_none_or(fewer) {
+                    known.best = Some((1.0, strips));
+                }
+                break;
             }
             Ok(Trial::Missed(strain)) => {
                 if known.missed.is_none_or(|(least, _)| strain < least) {
@@ -173,6 +184,8 @@ mod tests {
         floor: f64,
         bias: f64,
         refused: usize,
+        /// Largest strain that dividing strips mends, with a tenth more of them.
+        mended: f64,
         tried: RefCell<Vec<usize>>,
     }
 
@@ -197,9 +210,14 @@ mod tests {
             self.tried.borrow_mut().push(count);
             match self.strain(count) {
                 _ if count < self.refused => Err(Diagnostic::error("no")),
+                strain if strain > 1.0 && strain <= self.mended => Ok(Trial::Mended(count + count.div_ceil(10))),
                 strain if strain > 1.5 => Ok(Trial::Missed(strain)),
                 strain => Ok(Trial::Whole(count, strain)),
             }
+        }
+
+        fn size(strips: &usize) -> usize {
+            *strips
         }
 
         fn whole(&self, count: usize) -> Result<usize> {
@@ -250,6 +268,15 @@ mod tests {
         let law = Law { holds: 3.0, bias: 1.0, refused: 70, ..Law::default() };
         assert_eq!(fewest(&law, range(1, 4)).unwrap_err().message, "no");
         assert_eq!(law.tried().len(), REFUSALS);
+    }
+
+    #[test]
+    fn strips_divided_where_they_miss_end_the_search_unless_fewer_hold_undivided() {
+        let divided = Law { holds: 21.0, bias: 1.0, mended: 1.3, ..Law::default() };
+        assert_eq!(fewest(&divided, range(1, 20)).unwrap(), 22);
+        assert_eq!(divided.tried(), [20]);
+        let undivided = Law { holds: 19.5, ..divided };
+        assert_eq!(fewest(&undivided, range(1, 20)).unwrap(), 20);
     }
 
     #[test]

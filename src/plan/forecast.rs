@@ -3,9 +3,10 @@
 use super::assess::Borders;
 use super::chart::Chart;
 use super::fit::SphereFamily;
-use super::start::{Band, start_strip};
+use super::start::{Band, StripStart, start_strip};
 use crate::diagnostic::Result;
 use rayon::prelude::*;
+use std::ops::Range;
 
 /// Instants at which a strip is looked at.
 const INSTANTS: usize = 13;
@@ -19,12 +20,27 @@ const ALIKE: f64 = 1.1;
 const ANSWER: f64 = 0.25;
 const LEAST_SHARE: f64 = 0.2;
 
+/// What strips in place of others have to spare, and the largest strain that their number answers.
+const ROOM: f64 = 1.05;
+const MOST: f64 = 4.0;
+
 /// Largest error, mm, of both signs alike, foreseen for the strip between g = `low` and g = `high` without overlaps; `None`
 /// where no ruling fits.
-pub(super) fn bare_error(chart: &Chart<'_>, family: &SphereFamily, (low, high): (f64, f64)) -> Option<f64> {
+pub(super) fn bare_error(chart: &Chart<'_>, family: &SphereFamily, between: (f64, f64)) -> Option<f64> {
+    bare_start(chart, family, between).map(|start| PEAK * start.misfit)
+}
+
+/// The same error, and half of what the tool above the strip adds to it where it must not enter the part, which no
+/// narrower strip spares.
+pub(super) fn bare_errors(chart: &Chart<'_>, family: &SphereFamily, between: (f64, f64)) -> Option<[f64; 2]> {
+    bare_start(chart, family, between).map(|start| [PEAK * start.misfit, 0.5 * start.crowded])
+}
+
+fn bare_start(chart: &Chart<'_>, family: &SphereFamily, (low, high): (f64, f64)) -> Option<StripStart> {
     let (first, last) = chart.span(low, high);
     let borders = Borders { low, high, first, last };
-    strip_error(chart, family, &Band { borders, low, high, overrun: 0.0, instants: INSTANTS, slanted: true })
+    let band = Band { borders, low, high, overrun: 0.0, instants: INSTANTS, slanted: true };
+    start_strip(chart, family, family.lowest(), &band)
 }
 
 /// The same for a band with its overlaps: where these take what the flank has to spare, nothing is left for slants.
@@ -87,9 +103,61 @@ pub(super) fn evened(borders: &[f64], errors: &[f64], widest: &[f64]) -> Vec<f64
     moved
 }
 
+/// Neighbouring strips, and the borders of those that are to stand in their place.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Run {
+    /// Their places among all strips.
+    pub(super) old: Range<usize>,
+    /// Borders of the new ones.
+    pub(super) borders: Vec<f64>,
+}
+
+/// More and narrower strips for every run of those whose strain is more than 1: as many as their errors ask for, which grow
+/// with the square of the width, and `more` of them.
+pub(super) fn narrowed(borders: &[f64], strains: &[f64], more: usize) -> Vec<Run> {
+    let misses = |i: &usize| strains.get(*i).is_some_and(|strain| *strain > 1.0);
+    let mut runs = Vec::new();
+    let mut next = 0;
+    while let Some(first) = (next..strains.len()).find(misses) {
+        next = (first..strains.len()).find(|i| !misses(i)).unwrap_or(strains.len());
+        let needed: Vec<f64> = strains[first..next].iter().map(|strain| ROOM * strain.min(MOST).sqrt()).collect();
+        let all: f64 = needed.iter().sum();
+        let count = (all.ceil() as usize).max(needed.len() + 1) + more;
+        let mut new = vec![borders[first]];
+        for k in 1..count {
+            let mut share = all * k as f64 / count as f64;
+            let inside = needed.iter().position(|need| {
+                let here = share <= *need;
+                share -= if here { 0.0 } else { *need };
+                here
+            });
+            if let Some(i) = inside {
+                let (low, high) = (borders[first + i], borders[first + i + 1]);
+                new.push(low + (high - low) * share / needed[i]);
+            }
+        }
+        new.push(borders[next]);
+        runs.push(Run { old: first..next, borders: new });
+    }
+    runs
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn only_strips_that_miss_are_divided_the_more_the_farther_they_miss() {
+        let borders = [0.0, 0.2, 0.4, 0.6, 0.8, 1.0];
+        let runs = narrowed(&borders, &[1.05, 0.9, 1.0, 2.0, 9e9], 0);
+        assert_eq!(runs.iter().map(|run| run.old.clone()).collect::<Vec<_>>(), [0..1, 3..5]);
+        assert!(runs[0].borders.len() == 3 && (runs[0].borders[1] - 0.1).abs() < 1e-12, "{runs:?}");
+        let widths: Vec<f64> = runs[1].borders.windows(2).map(|pair| pair[1] - pair[0]).collect();
+        assert_eq!((runs[1].borders[0], runs[1].borders[widths.len()]), (0.6, 1.0));
+        assert!(widths.len() > 3 && widths.windows(2).all(|pair| pair[0] > pair[1] - 1e-12), "{widths:?}");
+        assert!(narrowed(&borders, &[1.0; 5], 0).is_empty());
+        assert_eq!(narrowed(&borders, &[1.05, 0.9, 1.0, 1.0, 1.0], 1)[0].borders.len(), 4);
+    }
 
     #[test]
     fn strips_with_larger_errors_become_narrower_and_none_wider_than_it_may_be() {

@@ -4,7 +4,7 @@ use super::attainable::FlankLaw;
 use super::chart::{Chart, Layout, Lines};
 use super::field::{AxisField, Field, Sheet, Wish};
 use super::fit::SphereFamily;
-use super::forecast::bare_error;
+use super::forecast::bare_errors;
 use super::reach::within_bound;
 use super::{PlanRequest, Strategy, StrategyKind, TipSide};
 use crate::diagnostic::{Diagnostic, Result};
@@ -27,6 +27,8 @@ const USABLE: f64 = 0.93;
 const TOO_LONG: f64 = 1.05;
 /// Error, mm, that unfit lines count with: more than any that can be reached.
 const UNFIT: f64 = 1e3;
+/// Multiple of the tolerance from which on the tool above the strips is in the way.
+const CROWDED: f64 = 2.0;
 /// Strips predicted at most.
 const MOST_STRIPS: usize = 200;
 
@@ -41,36 +43,44 @@ pub(super) struct Choice {
     pub(super) strips: usize,
     /// Predicted largest error, mm, in that many strips.
     error: f64,
+    /// What the tool above the strips adds to it, mm, where that is more than the tolerance allows; otherwise 0.
+    crowded: f64,
 }
 
 impl Choice {
-    /// Fewer strips are better, then a smaller error; a predicted one decides only when it is clearly smaller.
+    /// Room for the tool above the strips comes first; then fewer strips are better, then a smaller error; predicted ones
+    /// decide only when they are clearly smaller.
     fn beats(&self, other: &Self) -> bool {
+        if self.crowded < 0.9 * other.crowded || other.crowded < 0.9 * self.crowded {
+            return self.crowded < other.crowded;
+        }
         self.strips < other.strips || self.strips == other.strips && self.error < 0.9 * other.error
     }
 }
 
-/// The lines that promise the fewest strips within tolerance, or the least error in the number asked for.
-pub(super) fn choose_layout(
+/// Lines to cut along, those first that promise the fewest strips within tolerance, or the least error in the number asked
+/// for; never empty.
+pub(super) fn choose_layouts(
     request: &PlanRequest<'_>,
     spline: &OrientedSpline,
     family: &SphereFamily,
-) -> Result<Choice> {
+) -> Result<Vec<Choice>> {
     let lines = candidates(request.strategy, spline, &family.law())?;
     let lines = within_bound(request.strategy, spline, lines, |lines| orient(request.strategy, spline, lines));
     // In order, so that the choice does not depend on which is ready first.
     let choices: Vec<Option<Choice>> =
         lines.into_par_iter().map(|lines| predict(request, spline, family, lines)).collect();
-    let mut best: Option<Choice> = None;
-    for choice in choices.into_iter().flatten() {
-        if best.as_ref().is_none_or(|best| choice.beats(best)) {
-            best = Some(choice);
-        }
+    let mut left: Vec<Choice> = choices.into_iter().flatten().collect();
+    let mut ranked = Vec::with_capacity(left.len());
+    while !left.is_empty() {
+        let best = (1..left.len()).fold(0, |best, i| if left[i].beats(&left[best]) { i } else { best });
+        ranked.push(left.remove(best));
     }
-    best.ok_or_else(|| {
-        Diagnostic::error("no cutting direction was found in which the tool can sweep this surface")
-            .help("give [strategy] direction, use more strips, or a smaller tool")
-    })
+    if ranked.is_empty() {
+        return Err(Diagnostic::error("no cutting direction was found in which the tool can sweep this surface")
+            .help("give [strategy] direction, use more strips, or a smaller tool"));
+    }
+    Ok(ranked)
 }
 
 /// True where a direction runs along u rather than along v.
@@ -132,10 +142,12 @@ fn predict(request: &PlanRequest<'_>, spline: &OrientedSpline, family: &SphereFa
     loop {
         let stretch = stretch(&chart, strips)? / reach;
         // Of lines along which the flank is too short, those that ask least of it.
-        let error = if stretch > TOO_LONG { UNFIT * stretch } else { foreseen(&chart, family, strips)? };
+        let [error, beside] =
+            if stretch > TOO_LONG { [UNFIT * stretch, 0.0] } else { foreseen(&chart, family, strips)? };
         let next = (strips as f64 * (error / tolerance).sqrt().min(1.5)).ceil() as usize;
         if wanted.is_some() || error <= tolerance || next <= strips || next > MOST_STRIPS {
-            return Some(Choice { layout, least, strips, error });
+            let crowded = if error + beside > CROWDED * tolerance { beside } else { 0.0 };
+            return Some(Choice { layout, least, strips, error, crowded });
         }
         strips = next;
     }
@@ -177,14 +189,14 @@ fn stretch(chart: &Chart<'_>, count: usize) -> Option<f64> {
     Some(longest)
 }
 
-/// Largest error, mm, foreseen for a few of `count` equal strips.
-fn foreseen(chart: &Chart<'_>, family: &SphereFamily, count: usize) -> Option<f64> {
+/// Largest error, mm, foreseen for a few of `count` equal strips, and the most that the tool above them adds to it.
+fn foreseen(chart: &Chart<'_>, family: &SphereFamily, count: usize) -> Option<[f64; 2]> {
     let share = 1.0 / count as f64;
     let errors = LOOKED_AT.iter().filter_map(|at| {
         let low = at * (1.0 - share);
-        bare_error(chart, family, (low, low + share))
+        bare_errors(chart, family, (low, low + share))
     });
-    errors.fold(None, |worst, error| Some(worst.map_or(error, |worst: f64| worst.max(error))))
+    errors.reduce(|[error, beside], [other, more]| [error.max(other), beside.max(more)])
 }
 
 /// Mean angles, degrees, between the parameter lines (along u, along v) and a direction, which must not stand square to

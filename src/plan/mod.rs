@@ -232,8 +232,7 @@ pub fn plan(request: &PlanRequest<'_>) -> Result<Plan> {
             (strips, passes, found.tool, Some(found.figures))
         }
         Method::Regulus | Method::Rulings => {
-            let planner = Planner::new(request, &form.spline)?;
-            let strips = planner.strips()?;
+            let (planner, strips) = Planner::plan(request, &form.spline)?;
             let motions: Vec<RuledMotion> = strips.iter().map(|s| s.motion.clone()).collect();
             let passes = planner.passes(&motions)?;
             let strips = strips.into_iter().map(|FittedStrip { motion, deviation, steps, .. }| Planned {

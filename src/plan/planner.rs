@@ -2,11 +2,11 @@
 
 use super::assess::Borders;
 use super::chart::{Chart, Frame};
-use super::counts::{Counts, Range, Trial, fewest};
+use super::counts::{Counts, MOST_STRIPS, Range, Trial, fewest};
 use super::fit::SphereFamily;
-use super::forecast::{bare_error, evened, evened_ahead, strip_error};
+use super::forecast::{Run, bare_error, evened, evened_ahead, narrowed, strip_error};
 use super::join::joined;
-use super::layout::{Choice, choose_layout};
+use super::layout::{Choice, choose_layouts};
 use super::limits::Limits;
 use super::link::chart_passes;
 use super::start::{Band, StripStart, ruling};
@@ -46,6 +46,12 @@ const WIDEST: f64 = 0.95;
 const ENOUGH: f64 = 0.4;
 /// The same where the number is given.
 const ENOUGH_GIVEN: f64 = 0.1;
+/// Layouts tried where the first ones lead to no strips.
+const LAYOUTS: usize = 3;
+/// One strip in so many may miss the limits whatever their number: it is divided.
+const OUTLYING: usize = 5;
+/// Rounds in which strips that miss the limits are divided.
+const MENDINGS: usize = 4;
 /// Linearizations of one strip toward the least largest error.
 const ROUNDS: usize = 40;
 
@@ -69,17 +75,24 @@ pub(super) struct Planner<'a> {
 }
 
 impl<'a> Planner<'a> {
-    pub(super) fn new(request: &'a PlanRequest<'a>, spline: &'a OrientedSpline) -> Result<Self> {
+    /// Strips in number as asked for, or as few as the tolerance needs, joined, with the planner that found them: along the
+    /// lines that promise most, or along the next where these lead to none.
+    pub(super) fn plan(request: &'a PlanRequest<'a>, spline: &'a OrientedSpline) -> Result<(Self, Vec<FittedStrip>)> {
         let family = flank(request.tool, request.strategy)?;
-        let Choice { layout, least, strips, .. } = choose_layout(request, spline, &family)?;
-        let planner = Self { request, chart: Chart::new(spline, layout).widened(), family, least, predicted: strips };
-        planner.check_concavity()?;
-        Ok(planner)
-    }
-
-    /// Strips in number as asked for, or as few as the tolerance needs, joined.
-    pub(super) fn strips(&self) -> Result<Vec<FittedStrip>> {
-        Ok(joined(self.request, (&self.chart, &self.family, &self.limits()), self.separate()?))
+        let mut refused = None;
+        for Choice { layout, least, strips, .. } in choose_layouts(request, spline, &family)?.into_iter().take(LAYOUTS)
+        {
+            let chart = Chart::new(spline, layout).widened();
+            let planner = Self { request, chart, family: family.clone(), least, predicted: strips };
+            match planner.check_concavity().and_then(|()| planner.separate()) {
+                Ok(strips) => {
+                    let strips = joined(request, (&planner.chart, &planner.family, &planner.limits()), strips);
+                    return Ok((planner, strips));
+                }
+                Err(error) => refused = refused.or(Some(error)),
+            }
+        }
+        Err(refused.unwrap_or_else(|| Diagnostic::error("no lines to cut along were found")))
     }
 
     /// Strips each fitted by itself.
@@ -92,12 +105,50 @@ impl<'a> Planner<'a> {
         if let Some(count) = fixed {
             return self.even(count);
         }
-        fewest(self, Range { least: self.least, predicted: self.predicted })
+        let strips = fewest(self, Range { least: self.least, predicted: self.predicted })?;
+        Ok(self.mended(strips))
     }
 
+    /// Strips that miss the limits divided into more and narrower ones, those that hold left as they are.
+    fn mended(&self, mut strips: Vec<FittedStrip>) -> Vec<FittedStrip> {
+        let limits = self.limits();
+        for more in 0..MENDINGS {
+            let strains: Vec<f64> = strips.iter().map(|strip| limits.strain(&strip.deviation)).collect();
+            let runs = narrowed(&borders_of(&strips), &strains, more);
+            let most = runs.iter().map(|run| run.borders.len() - 1).sum::<usize>() + strips.len();
+            if runs.is_empty() || most > MOST_STRIPS || self.request.observer.stopped() {
+                break;
+            }
+            // From the last on, so that the places of those before stay.
+            for Run { old, borders } in runs.into_iter().rev() {
+                let before = strains.get(old.clone()).unwrap_or_default().iter().copied().fold(0.0, f64::max);
+                if let Ok(found) = self.fit(&borders)
+                    && self.strain(&found) < before
+                {
+                    strips.splice(old, found);
+                }
+            }
+        }
+        strips
+    }
+
+    /// What came of strips that are as many as asked for: those that miss the limits are divided.
     fn whole_of(&self, strips: Vec<FittedStrip>) -> Trial<Vec<FittedStrip>> {
         let strain = self.strain(&strips);
-        Trial::Whole(strips, strain)
+        if strain <= 1.0 {
+            return Trial::Whole(strips, strain);
+        }
+        let strips = self.mended(strips);
+        let strain = self.strain(&strips);
+        if strain <= 1.0 { Trial::Mended(strips) } else { Trial::Whole(strips, strain) }
+    }
+
+    /// Largest strain of strips fitted of `count` in all, but for the few that are divided in the end.
+    fn usual_strain(&self, strips: &[FittedStrip], count: usize) -> f64 {
+        let limits = self.limits();
+        let mut strains: Vec<f64> = strips.iter().map(|strip| limits.strain(&strip.deviation)).collect();
+        strains.sort_by(|a, b| b.total_cmp(a));
+        strains.get(count / OUTLYING).copied().unwrap_or(0.0)
     }
 
     fn strain(&self, strips: &[FittedStrip]) -> f64 {
@@ -369,7 +420,7 @@ impl Counts for Planner<'_> {
         while !rest.is_empty() {
             let (next, later) = rest.split_at(rest.len().min(strips.len().max(PROBED)));
             strips.extend(self.fit_some(&borders, next)?);
-            let strain = self.strain(&strips);
+            let strain = self.usual_strain(&strips, count);
             if strain > MISSED && !self.request.observer.stopped() {
                 return Ok(Trial::Missed(strain));
             }
@@ -377,8 +428,12 @@ impl Counts for Planner<'_> {
         }
         let mut placed: Vec<(usize, FittedStrip)> = order.into_iter().zip(strips).collect();
         placed.sort_by_key(|(index, _)| *index);
-        let strips = placed.into_iter().map(|(_, strip)| strip).collect();
-        Ok(self.whole_of(self.evened(&borders, strips)))
+        let strips: Vec<FittedStrip> = placed.into_iter().map(|(_, strip)| strip).collect();
+        Ok(self.whole_of(strips))
+    }
+
+    fn size(strips: &Vec<FittedStrip>) -> usize {
+        strips.len()
     }
 
     fn whole(&self, count: usize) -> Result<Vec<FittedStrip>> {
@@ -388,6 +443,12 @@ impl Counts for Planner<'_> {
     fn stopped(&self) -> bool {
         self.request.observer.stopped()
     }
+}
+
+/// The lines g = const between strips, and the surface's ends.
+fn borders_of(strips: &[FittedStrip]) -> Vec<f64> {
+    let between = strips.windows(2).map(|pair| 0.5 * (pair[0].borders.high + pair[1].borders.low));
+    std::iter::once(0.0).chain(between).chain(std::iter::once(1.0)).collect()
 }
 
 /// What helps where a strip does not fit.

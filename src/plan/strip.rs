@@ -140,6 +140,8 @@ const TIGHT: f64 = 0.3;
 /// Weight of a gouge beside the strip, against 1 for a deviation on it: nearly a constraint.
 const CLEARANCE: f64 = 100.0;
 
+/// Strain of a strip of several that finer rails may bring down to what is allowed.
+const FINER: std::ops::RangeInclusive<f64> = 1.0..=5.0;
 /// Control points that rails are not refined beyond.
 const MOST_CONTROLS: usize = 150;
 /// Largest variation of the deviation along the flank, as a share of that of all, at which the rails' freedom is what
@@ -212,7 +214,8 @@ pub(super) fn fit_strip(
     let (mut best, mut hopeless) = (Err(StripError::BrokeDown), 0);
     for attempt in ATTEMPTS.into_iter().filter(|attempt| attempt.settled || effort.tolerant) {
         let start = if attempt.slanted { Ok(start) } else { straight.as_ref().map_err(StripError::clone) };
-        let promises = |start: &StripStart| LAID_PEAK * start.misfit < limits.overcut.min(limits.undercut);
+        let promises =
+            |start: &StripStart| LAID_PEAK * start.misfit + start.crowded < limits.overcut.min(limits.undercut);
         if !attempt.settled && !start.as_ref().is_ok_and(|start| promises(start)) {
             continue;
         }
@@ -228,7 +231,32 @@ pub(super) fn fit_strip(
             break;
         }
     }
-    best
+    match best {
+        Ok(strip) if FINER.contains(&limits.strain(&strip.deviation)) && !effort.observer.stopped() => {
+            let finer = finer_strip(setting, (start, &strip), effort);
+            Ok(finer.filter(|finer| limits.strain(&finer.deviation) < limits.strain(&strip.deviation)).unwrap_or(strip))
+        }
+        best => best,
+    }
+}
+
+/// A strip once more with twice the pieces in its rails: what a part's finest shape asks for at some places only.
+fn finer_strip(
+    setting: Setting<'_>,
+    (start, strip): (&StripStart, &FittedStrip),
+    effort: &Effort<'_>,
+) -> Option<FittedStrip> {
+    let resolution = strip.resolution.finer(2);
+    if resolution.controls == strip.resolution.controls {
+        return None;
+    }
+    let (rails, x) = Rails::of(&strip.motion);
+    let start = along(start, &Settled { rails, x, steps: 0 }, resolution.instants)?;
+    let weights = FitWeights { extension: 0.0, anchor: 0.0, firm: 0.0, fairness: 0.0, clearance: 0.0 };
+    let at = settle(setting, (&start, &resolution), (&weights, &[]), (1, effort)).ok()?;
+    let judged = judge(setting, &at.rails, &at.x, &resolution);
+    let refined = refine(setting, &at.rails, (at.x, judged.and_then(|(strip, _)| strip)), &resolution, effort).ok()?;
+    Some(FittedStrip { steps: strip.steps + refined.steps, ..refined })
 }
 
 /// Refuses rulings under which shank or holder stand so deep in the part that no turn that the flank can take, still
@@ -354,7 +382,7 @@ fn along(start: &StripStart, at: &Settled, instants: usize) -> Option<StripStart
     });
     let StripSpec { low, high, lower_time, upper_time } = &start.spec;
     let spec = StripSpec { low: *low, high: *high, lower_time: between(lower_time), upper_time: between(upper_time) };
-    Some(StripStart { spec, rulings: rulings.collect(), misfit: start.misfit })
+    Some(StripStart { spec, rulings: rulings.collect(), ..*start })
 }
 
 /// Dense judgements of one strip, each followed by more rounds over the points that stood out.
