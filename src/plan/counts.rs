@@ -272,10 +272,10 @@ mod tests {
 
     #[test]
     fn strips_divided_where_they_miss_end_the_search_unless_fewer_hold_undivided() {
-        let divided = Law { holds: 21.0, bias: 1.0, mended: 1.3, ..Law::default() };
+        let divided = Law { holds: 21.0, bias: 1.45, mended: 1.3, ..Law::default() };
         assert_eq!(fewest(&divided, range(1, 20)).unwrap(), 22);
         assert_eq!(divided.tried(), [20]);
-        let undivided = Law { holds: 19.5, ..divided };
+        let undivided = Law { holds: 19.5, bias: 1.6, ..divided };
         assert_eq!(fewest(&undivided, range(1, 20)).unwrap(), 20);
     }
 

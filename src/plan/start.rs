@@ -374,7 +374,7 @@ mod tests {
     fn what_lies_beside_a_flank_crowds_it_by_what_no_tilt_spares() {
         // A straight flank of length 1 over a hollow of curvature 8: touching at its ends it stands 1 above the middle.
         let over = |f: f64| 4.0 * f * (1.0 - f);
-        let points = |from: f64, to: f64| (0..=20).map(|i| from + (to - from) * f64::from(i) / 20.0);
+        let points = |from: f64, to: f64| (0..=20).map(move |i| from + (to - from) * f64::from(i) / 20.0);
         let flank: Vec<(f64, f64)> = points(0.0, 1.0).map(|f| (f, over(f))).collect();
         let beside = |of: &dyn Fn(f64) -> f64| points(1.05, 2.0).map(|f| (f, of(f))).collect::<Vec<_>>();
         // Twice as long it touches at 0 and 2, and stands 4 above the place at 1.
