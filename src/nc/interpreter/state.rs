@@ -187,8 +187,8 @@ impl Interpreter<'_> {
         }
         // A tolerance of rotary axes alone goes with that of the block before.
         if codes.blend && (rotary.is_none() || letters.get(b'P').is_some()) {
-            // To LinuxCNC a tolerance of zero is none.
-            let some = |p: &f64| *p > 0.0 || !self.rules.blends_at_start;
+            // To LinuxCNC a tolerance of zero is none; one below zero is to nobody.
+            let some = |p: &f64| *p > 0.0 || *p == 0.0 && !self.rules.blends_at_start;
             let tolerance = letters.get(b'P').map(|p| p * self.scale()).filter(some);
             self.said_blending = tolerance.is_some();
             if let Some(tolerance) = tolerance {

@@ -185,9 +185,11 @@ fn rotary_axes_that_may_leave_their_way_at_corners_widen_the_band() {
 /// To LinuxCNC that means as much as the machine makes of it.
 #[test]
 fn a_tolerance_of_zero_is_none_to_linuxcnc() {
-    let verified = check(&program(&format!("G64 P0\n{}", cuts())), None, &Settings::default());
-    let said = verified.record.findings.iter().find(|finding| finding.id == "R206").map(|finding| &finding.message);
-    assert!(said.is_some_and(|said| said.contains("without any tolerance")), "{said:?}");
+    for tolerance in ["0", "-0.01"] {
+        let verified = check(&program(&format!("G64 P{tolerance}\n{}", cuts())), None, &Settings::default());
+        let said = verified.record.findings.iter().find(|finding| finding.id == "R206").map(|finding| &finding.message);
+        assert!(said.is_some_and(|said| said.contains("without any tolerance")), "{said:?}");
+    }
 }
 
 #[test]
