@@ -9,6 +9,7 @@
 use super::rows::{Rows, SIDES};
 use super::subproblem::{Scales, Step};
 use crate::optimize::BandedMatrix;
+use std::ops::Range;
 
 /// Longest run of unknowns, as a share of their number, for which banded equations pay.
 const BANDED_SHARE: f64 = 0.34;
@@ -54,6 +55,18 @@ impl Runs {
         (run.first, &self.values[run.start..run.end])
     }
 
+    /// How many runs from `row` on start at the same unknown and are as long.
+    fn alike(&self, row: usize) -> usize {
+        let (first, run) = self.get(row);
+        let same = |other: &&Run| other.first == first && other.end - other.start == run.len();
+        self.runs[row..].iter().take_while(same).count()
+    }
+
+    /// The values of `count` runs from `row` on.
+    fn values(&self, row: usize, count: usize) -> &[f64] {
+        &self.values[self.runs[row].start..self.runs[row + count - 1].end]
+    }
+
     fn dot(&self, row: usize, y: &[f64]) -> f64 {
         let (first, run) = self.get(row);
         run.iter().zip(&y[first..]).map(|(a, b)| a * b).sum()
@@ -74,7 +87,6 @@ impl Runs {
 /// One inequality `factor * run . y - by_tau * tau - by_sigma * sigma <= limit`.
 #[derive(Clone, Copy)]
 struct Inequality {
-    run: usize,
     factor: f64,
     by_tau: f64,
     by_sigma: f64,
@@ -86,7 +98,10 @@ struct Inequality {
 struct Problem {
     unknowns: usize,
     runs: Runs,
+    /// Those of one run one behind the other.
     inequalities: Vec<Inequality>,
+    /// Where those of each run end.
+    ends: Vec<usize>,
     /// Bound of each unknown.
     reach: f64,
     /// Hessian of the squared terms.
@@ -124,14 +139,13 @@ pub(super) fn solve(rows: &Rows, unknowns: usize, scales: &Scales) -> Option<Ste
 impl Problem {
     fn new(rows: &Rows, unknowns: usize, scales: &Scales) -> Option<Self> {
         let length = scales.unit * scales.tau;
-        let (mut runs, mut inequalities) = (Runs::default(), Vec::new());
+        let (mut runs, mut inequalities, mut ends) = (Runs::default(), Vec::new(), Vec::new());
         for row in 0..rows.len() {
             let before = inequalities.len();
             for which in 0..SIDES {
                 let Some(side) = rows.sides(row).side(which) else { continue };
                 let size = if side.share > 0.0 { side.share * scales.tau } else { length };
                 inequalities.push(Inequality {
-                    run: runs.runs.len(),
                     factor: side.sign * length / size,
                     by_tau: if side.share > 0.0 { 1.0 } else { 0.0 },
                     by_sigma: if side.share > 0.0 { 0.0 } else { 1.0 },
@@ -141,6 +155,7 @@ impl Problem {
             }
             if inequalities.len() > before {
                 runs.push(rows.gradient(row));
+                ends.push(inequalities.len());
             }
         }
         let mut squares = Runs::default();
@@ -162,7 +177,14 @@ impl Problem {
             squares.add_to(row, weight * value * length / scales.tau, &mut linear);
         }
         let reach = scales.radius / length;
-        Some(Self { unknowns, runs, inequalities, reach, hessian, linear, penalty: scales.penalty, half_bandwidth })
+        let penalty = scales.penalty;
+        Some(Self { unknowns, runs, inequalities, ends, reach, hessian, linear, penalty, half_bandwidth })
+    }
+
+    /// Every run with the range of its inequalities.
+    fn by_run(&self) -> impl Iterator<Item = (usize, Range<usize>)> {
+        let starts = std::iter::once(0).chain(self.ends.iter().copied());
+        starts.zip(&self.ends).map(|(start, end)| start..*end).enumerate()
     }
 
     /// Number of bounded things: inequalities, both bounds of each unknown, tau and sigma.
@@ -173,8 +195,10 @@ impl Problem {
     /// Slack of every bound at a point, in the order of [`Self::bounded`], without any residual of its own.
     fn slacks(&self, at: &Point) -> Vec<f64> {
         let mut slack = Vec::with_capacity(self.bounded());
-        for i in &self.inequalities {
-            slack.push(i.limit - i.factor * self.runs.dot(i.run, &at.y) + i.by_tau * at.tau + i.by_sigma * at.sigma);
+        for (run, range) in self.by_run() {
+            let moved = self.runs.dot(run, &at.y);
+            let left = |i: &Inequality| i.limit - i.factor * moved + i.by_tau * at.tau + i.by_sigma * at.sigma;
+            slack.extend(self.inequalities[range].iter().map(left));
         }
         slack.extend(at.y.iter().map(|y| self.reach - y));
         slack.extend(at.y.iter().map(|y| self.reach + y));
@@ -185,8 +209,10 @@ impl Problem {
     /// Change of every slack along a direction.
     fn slack_rates(&self, along: &Point) -> Vec<f64> {
         let mut rates = Vec::with_capacity(self.bounded());
-        for i in &self.inequalities {
-            rates.push(-i.factor * self.runs.dot(i.run, &along.y) + i.by_tau * along.tau + i.by_sigma * along.sigma);
+        for (run, range) in self.by_run() {
+            let moved = self.runs.dot(run, &along.y);
+            let rate = |i: &Inequality| i.by_tau * along.tau + i.by_sigma * along.sigma - i.factor * moved;
+            rates.extend(self.inequalities[range].iter().map(rate));
         }
         rates.extend(along.y.iter().map(|y| -y));
         rates.extend(along.y.iter().copied());
@@ -198,10 +224,14 @@ impl Problem {
     fn pull(&self, multiplier: &[f64]) -> Point {
         let mut pull = Point { y: vec![0.0; self.unknowns], tau: 0.0, sigma: 0.0 };
         let count = self.inequalities.len();
-        for (i, z) in self.inequalities.iter().zip(multiplier) {
-            self.runs.add_to(i.run, i.factor * z, &mut pull.y);
-            pull.tau -= i.by_tau * z;
-            pull.sigma -= i.by_sigma * z;
+        for (run, range) in self.by_run() {
+            let mut factor = 0.0;
+            for (i, z) in self.inequalities[range.clone()].iter().zip(&multiplier[range]) {
+                factor += i.factor * z;
+                pull.tau -= i.by_tau * z;
+                pull.sigma -= i.by_sigma * z;
+            }
+            self.runs.add_to(run, factor, &mut pull.y);
         }
         for (i, y) in pull.y.iter_mut().enumerate() {
             *y += multiplier[count + i] - multiplier[count + self.unknowns + i];
@@ -315,25 +345,28 @@ impl Problem {
         let mut corner = [0.0; 3];
         let count = self.inequalities.len();
         let ratio = |k: usize| pairs.multiplier[k] / pairs.slack[k];
-        let mut k = 0;
-        while k < count {
-            // All sides of one row share its run.
-            let run = self.inequalities[k].run;
+        let mut weights = Vec::with_capacity(self.ends.len());
+        for (run, range) in self.by_run() {
             let (mut weight, mut by_tau, mut by_sigma) = (0.0, 0.0, 0.0);
-            while let Some(i) = self.inequalities.get(k).filter(|i| i.run == run) {
-                let d = ratio(k);
+            for k in range {
+                let (i, d) = (&self.inequalities[k], ratio(k));
                 weight += d * i.factor * i.factor;
                 by_tau -= d * i.factor * i.by_tau;
                 by_sigma -= d * i.factor * i.by_sigma;
                 corner[0] += d * i.by_tau * i.by_tau;
                 corner[1] += d * i.by_tau * i.by_sigma;
                 corner[2] += d * i.by_sigma * i.by_sigma;
-                k += 1;
             }
-            let (first, values) = self.runs.get(run);
-            matrix.add_outer(first, values, weight);
+            weights.push(weight);
             self.runs.add_to(run, by_tau, &mut columns[0]);
             self.runs.add_to(run, by_sigma, &mut columns[1]);
+        }
+        let mut run = 0;
+        while run < weights.len() {
+            let alike = self.runs.alike(run);
+            let (first, _) = self.runs.get(run);
+            matrix.add_outers(first, self.runs.values(run, alike), &weights[run..run + alike]);
+            run += alike;
         }
         for i in 0..self.unknowns {
             matrix.add_diagonal(i, ratio(count + i) + ratio(count + self.unknowns + i));
