@@ -35,7 +35,9 @@ pub(crate) struct Figures {
 struct Cut {
     lowest: f64,
     highest: f64,
-    normal: Vector,
+    /// What the envelope's normal differs by from the surface's under it: unlike the normals themselves this hardly changes
+    /// within a cell, however round the surface is.
+    tilt: Vector,
 }
 
 struct Grid<'a> {
@@ -78,7 +80,7 @@ pub(crate) fn measure(part: &Part, tool: &Tool, path: &ToolPath) -> Result<Figur
                 let Some((other, beyond)) = lowest(next) else { continue };
                 if other != strip {
                     let here = swept[other][cell].unwrap_or(beyond);
-                    figures.kink_deg = figures.kink_deg.max(cut.normal.angle(&here.normal).to_degrees());
+                    figures.kink_deg = figures.kink_deg.max((cut.tilt - here.tilt).norm().to_degrees());
                 }
             }
         }
@@ -157,9 +159,9 @@ impl<'a> Grid<'a> {
                 let Some(cell) = self.cell(foot.u, foot.v) else { continue };
                 let at = self.spline.at(foot.u, foot.v);
                 let height = (touch.point - at.point).dot(&at.normal.0);
-                let normal = touch.normal.into_inner();
-                let cut = cells[cell].get_or_insert(Cut { lowest: height, highest: height, normal });
-                *cut = Cut { lowest: cut.lowest.min(height), highest: cut.highest.max(height), normal };
+                let tilt = touch.normal.into_inner() + at.normal.0.into_inner();
+                let cut = cells[cell].get_or_insert(Cut { lowest: height, highest: height, tilt });
+                *cut = Cut { lowest: cut.lowest.min(height), highest: cut.highest.max(height), tilt };
             }
         }
         cells
