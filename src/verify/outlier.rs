@@ -64,26 +64,33 @@ impl Ends {
         Some(Self { places: (first..=end).map(place).collect(), first })
     }
 
-    /// The first of the blocks in a row that end off the course of the others, by at least `least` mm: of all rows those
-    /// that stand out most, for beside a mistake the course of the others is bent by it.
+    /// The first of the blocks in a row that end off the course of the others, by at least `least` mm: of all such rows the
+    /// one without which all other ends lie most evenly. How well the ends next to a row fit together would not tell: beside
+    /// a mistake they may do so by chance.
     pub(super) fn first_wrong(&self, least: f64) -> Option<usize> {
         let rows = (0..self.places.len()).flat_map(|from| (1..=MOST_WRONG).map(move |count| (from, from + count)));
-        let off = rows.filter_map(|(from, to)| Some((self.off(from, to, least)?, from)));
-        let farthest = off.reduce(|best, one| if one.0 > best.0 { one } else { best });
-        farthest.map(|(_, from)| self.first + from)
+        let off = rows.filter(|(from, to)| self.are_off(*from, *to, least).unwrap_or(false));
+        let uneven = off.filter_map(|(from, to)| Some((self.unevenness(from, to)?, from)));
+        let evenest = uneven.reduce(|best, one| if one.0 < best.0 { one } else { best });
+        evenest.map(|(_, from)| self.first + from)
     }
 
-    /// By how many times what the ends around them are off their course the ends `from..to` are; `None` where these are not
-    /// off it, the first and the last of them in any case.
-    fn off(&self, from: usize, to: usize, least: f64) -> Option<f64> {
+    /// Whether the ends `from..to` are off the course of those around them, the first and the last of them in any case;
+    /// `None` where that course is not known.
+    fn are_off(&self, from: usize, to: usize, least: f64) -> Option<bool> {
         let inside = self.places.get(from..to)?;
         let course = self.course_around(from, to)?;
         let off: Vec<f64> = inside.iter().map(|place| course.distance(place)).collect();
         let farthest = off.iter().copied().fold(0.0, f64::max);
         let enough = (OFF * course.residual).max(OFF_SHARE * farthest);
         let by = |distance: Option<&f64>| distance.is_some_and(|distance| *distance > enough);
-        let found = farthest >= least && by(off.first()) && by(off.last());
-        found.then(|| farthest / course.residual.max(f64::MIN_POSITIVE))
+        Some(farthest >= least && by(off.first()) && by(off.last()))
+    }
+
+    /// How far the ends but `from..to` are from courses of a few of them in a row each, added up, mm.
+    fn unevenness(&self, from: usize, to: usize) -> Option<f64> {
+        let others: Vec<&Place> = self.places.get(..from)?.iter().chain(self.places.get(to..)?).collect();
+        Some(others.windows(AROUND).filter_map(Course::of).map(|course| course.residual).sum())
     }
 
     /// The course of the ends nearest to `from..to` without these; `None` where there are too few.
@@ -95,7 +102,13 @@ impl Ends {
             return None;
         }
         let chosen = self.places.get(from.checked_sub(before)?..from)?.iter().chain(self.places.get(to..to + after)?);
-        let chosen: Vec<&Place> = chosen.collect();
+        Course::of(&chosen.collect::<Vec<_>>())
+    }
+}
+
+impl Course {
+    /// That of some ends, [`AROUND`] of them; `None` where they are all in one place.
+    fn of(chosen: &[&Place]) -> Option<Self> {
         let mut ways = vec![0.0];
         for pair in chosen.windows(2) {
             let [a, b] = pair else { continue };
@@ -110,11 +123,9 @@ impl Ends {
         let coefficients = qr.r().solve_upper_triangular(&(qr.q().transpose() * targets))?;
         let left = targets - powers * coefficients;
         let residual = left.row_iter().map(|row| row.norm()).fold(0.0, f64::max);
-        residual.is_finite().then_some(Course { coefficients, residual })
+        residual.is_finite().then_some(Self { coefficients, residual })
     }
-}
 
-impl Course {
     fn at(&self, share: f64) -> Place {
         let powers = SVector::<f64, POWERS>::from_fn(|power, _| share.powi(power as i32));
         self.coefficients.tr_mul(&powers)
