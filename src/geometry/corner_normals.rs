@@ -11,6 +11,7 @@ use super::angle::Radians;
 use super::mesh::TriangleMesh;
 use super::{Direction, Point, Vector};
 use nalgebra::{Matrix2, SMatrix, SVector, Vector2};
+use std::f64::consts::FRAC_1_SQRT_2;
 
 /// Normals at corners, shared by the corners of a vertex between which the surface is smooth.
 #[derive(Clone, Debug)]
@@ -220,7 +221,8 @@ fn across(normal: &Direction) -> [Vector; 2] {
 }
 
 /// The normal at a vertex of the quadratic graph over the plane square to `normal` whose slopes in the middles of edges
-/// are nearest to those of the edges, weighted by the inverse square of their distances; `None` where these do not tell.
+/// are nearest to those of the edges, weighted by the inverse square of their distances; `None` where these do not tell. The
+/// mixed term is scaled so that the terms turn into each other with the plane's axes: which these are then changes nothing.
 fn graph_normal(vertex: &Point, normal: &Direction, edges: &[[Point; 2]]) -> Option<Direction> {
     let scale = edges.iter().map(|[a, b]| (b - a).norm()).sum::<f64>() / edges.len() as f64;
     let [u, v] = across(normal);
@@ -229,7 +231,7 @@ fn graph_normal(vertex: &Point, normal: &Direction, edges: &[[Point; 2]]) -> Opt
     for [a, b] in edges {
         let (way, middle) = ((b - a).normalize(), (nalgebra::center(a, b) - vertex) / scale);
         let ([x, y], [p, q]) = ([way.dot(&u), way.dot(&v)], [middle.dot(&u), middle.dot(&v)]);
-        let row = SVector::<f64, TERMS>::from([x, y, p * x, q * x + p * y, q * y]);
+        let row = SVector::<f64, TERMS>::from([x, y, p * x, (q * x + p * y) * FRAC_1_SQRT_2, q * y]);
         let weight = 1.0 / middle.norm_squared();
         square += row * row.transpose() * weight;
         right += row * (way.dot(normal) * weight);

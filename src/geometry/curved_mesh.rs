@@ -201,8 +201,11 @@ impl Patch {
         Aabb::around(&points)
     }
 
-    /// Whether it turns over at a corner, in the middle of a side or in the middle.
+    /// Whether it turns over at a corner, in the middle of a side or in the middle. So it does, but for rounding, at a corner
+    /// both of whose sides are creases against one and the same surface: both follow the line in which that one is met.
     fn folds(&self) -> bool {
+        /// Sine of the angle between its directions up to which they are one, but for rounding.
+        const FLAT: f64 = 1e-9;
         const PLACES: [Barycentric; 7] = [
             [1.0, 0.0, 0.0],
             [0.0, 1.0, 0.0],
@@ -214,7 +217,7 @@ impl Patch {
         ];
         let turned = |w: &Barycentric| {
             let jet = self.points.jet(w);
-            jet.u.cross(&jet.v).dot(&self.normals.at(w)) <= 0.0
+            jet.u.cross(&jet.v).dot(&self.normals.at(w)) <= FLAT * jet.u.norm() * jet.v.norm()
         };
         PLACES.iter().any(turned)
     }
