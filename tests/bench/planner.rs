@@ -28,10 +28,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     writeln!(out, "Errors in mm (overcut, undercut of the swept flanks on the whole surface), kink in degrees.")?;
     writeln!(
         out,
-        "| {:<38} | {:>8} | {:>8} | {:>6} | {:>8} | {:>6} | {:>7} | {:>7} |",
+        "| {:<38} | {:>9} | {:>9} | {:>6} | {:>8} | {:>6} | {:>7} | {:>7} |",
         "case", "overcut", "undercut", "kink", "area %", "strips", "wall s", "cpu s"
     )?;
-    writeln!(out, "|{:-<40}|{:->10}|{:->10}|{:->8}|{:->10}|{:->8}|{:->9}|{:->9}|", "", "", "", "", "", "", "", "")?;
+    writeln!(out, "|{:-<40}|{:->11}|{:->11}|{:->8}|{:->10}|{:->8}|{:->9}|{:->9}|", "", "", "", "", "", "", "", "")?;
     let is_wanted = |name: &str| wanted.is_empty() || wanted.iter().any(|word| name.contains(word.as_str()));
     for case in all().iter().filter(|case| is_wanted(case.name)) {
         writeln!(out, "| {:<38} | {}", case.name, row(run(case)))?;
@@ -48,7 +48,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 fn row(result: Result<(Figures, [f64; 2]), Box<Diagnostic>>) -> String {
     match result {
         Ok((figures, [wall, cpu])) => format!(
-            "{:>8.5} | {:>8.5} | {:>6.2} | {:>8.3} | {:>6} | {wall:>7.2} | {cpu:>7.2} |",
+            "{:>9.7} | {:>9.7} | {:>6.2} | {:>8.3} | {:>6} | {wall:>7.2} | {cpu:>7.2} |",
             figures.overcut,
             figures.undercut,
             figures.kink_deg,
