@@ -62,6 +62,8 @@ pub struct StripRecord {
     pub undercut_mm: f64,
     /// Deepest gouge by the flutes beside the strip, the shank or the holder.
     pub outside_mm: f64,
+    /// How far the flank stops short of the strip's border at most; 0 where it covers all of its band.
+    pub bare_mm: f64,
     /// How it meets the next strip; none for the last, and where they do not meet.
     pub seam: Option<SeamRecord>,
     /// Way of the flank's middle.
@@ -163,6 +165,7 @@ fn strip_record(strip: usize, report: &StripReport) -> StripRecord {
         overcut_mm: deviation.overcut,
         undercut_mm: deviation.undercut,
         outside_mm: deviation.outside,
+        bare_mm: deviation.bare.map_or(0.0, |bare| bare.width),
         seam: report.seam.map(|seam| SeamRecord {
             kink_max_deg: seam.kink_max_deg,
             kink_mean_deg: seam.kink_mean_deg,

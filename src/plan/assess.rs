@@ -17,6 +17,22 @@ pub struct Deviation {
     pub outside: f64,
     /// Envelope points that lie over the surface.
     pub samples: usize,
+    /// Where the flank stops farthest short of what the strip is to cover; none where it covers all of it.
+    pub bare: Option<Bare>,
+}
+
+/// A place that a strip leaves uncut though it is to cover it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bare {
+    /// How far the flank stops short of the strip's border, mm.
+    pub width: f64,
+    /// Where, on the part.
+    pub at: Point,
+}
+
+impl Deviation {
+    /// Nothing seen yet.
+    pub(super) const NONE: Self = Self { overcut: 0.0, undercut: 0.0, outside: 0.0, samples: 0, bare: None };
 }
 
 /// Why a strip's envelope cannot be judged.
@@ -31,12 +47,6 @@ pub(super) enum AssessError {
         height: f64,
         /// What is wrong.
         cause: NoContact,
-    },
-    /// The strip leaves part of its band to nobody.
-    #[error("at parameter {t:.3} the flank does not reach the strip's border")]
-    Uncovered {
-        /// Path parameter.
-        t: f64,
     },
     /// Rails meet, or the surface has no normal.
     #[error("at parameter {t:.3} the motion or the surface is degenerate")]
@@ -60,14 +70,22 @@ pub(super) struct Borders {
 }
 
 impl Borders {
-    /// False where an end of the flank, at share `k` of 0..=`top` and instant `j` of 0..=`end`, stops inside the band.
-    fn passed(&self, frame: &Frame, (k, top): (usize, usize), (j, end): (usize, usize)) -> bool {
+    /// How far, mm, an end of the flank, at share `k` of 0..=`top` and instant `j` of 0..=`end`, stops inside the band; none
+    /// where it passes its borders.
+    fn short_by(&self, frame: &Frame, (k, top): (usize, usize), (j, end): (usize, usize)) -> Option<f64> {
+        if !frame.inside() {
+            return None;
+        }
         let (g, h) = frame.place;
-        let over = frame.inside();
-        !(k == 0 && over && g > self.low
-            || k == top && over && g < self.high
-            || j == 0 && over && h > self.first
-            || j == end && over && h < self.last)
+        let across = |short: f64| frame.across_gauge().map_or(0.0, |(_, rate)| short / rate);
+        let along = |short: f64| frame.along_gauge().map_or(0.0, |(_, rate)| short / rate);
+        let ends = [
+            (k == 0 && g > self.low).then(|| across(g - self.low)),
+            (k == top && g < self.high).then(|| across(self.high - g)),
+            (j == 0 && h > self.first).then(|| along(h - self.first)),
+            (j == end && h < self.last).then(|| along(self.last - h)),
+        ];
+        ends.into_iter().flatten().reduce(f64::max)
     }
 }
 
@@ -99,16 +117,6 @@ pub(super) struct Survey {
     pub(super) worst: Deviation,
 }
 
-impl Survey {
-    /// The worst, once nothing of the band is left to nobody.
-    pub(super) fn whole(&self) -> Result<Deviation, AssessError> {
-        match self.points.iter().find(|point| point.short) {
-            Some(point) => Err(AssessError::Uncovered { t: point.t }),
-            None => Ok(self.worst),
-        }
-    }
-}
-
 /// Judges the envelope at `instants` x `heights` points between the rails.
 pub(super) fn survey(
     probe: &Probe<'_>,
@@ -116,7 +124,7 @@ pub(super) fn survey(
     (instants, heights): (usize, usize),
 ) -> Result<Survey, AssessError> {
     let (start, end) = probe.motion.domain();
-    let mut worst = Deviation { overcut: 0.0, undercut: 0.0, outside: 0.0, samples: 0 };
+    let mut worst = Deviation::NONE;
     let (mut points, mut gouges) = (Vec::with_capacity(instants * heights), Vec::with_capacity(instants));
     let mut near: Vec<Option<Hint>> = vec![None; heights];
     for j in 0..instants {
@@ -140,7 +148,10 @@ pub(super) fn survey(
                 Err(NoTouch::Degenerate) => return Err(degenerate),
             };
             let frame = &touch.foot.frame;
-            let short = !borders.passed(frame, (k, heights - 1), (j, instants - 1));
+            let short = borders.short_by(frame, (k, heights - 1), (j, instants - 1));
+            if let Some(width) = short.filter(|width| worst.bare.is_none_or(|bare| bare.width < *width)) {
+                worst.bare = Some(Bare { width, at: frame.point });
+            }
             let deviation = frame.inside().then_some(touch.foot.distance);
             if let Some(distance) = deviation {
                 worst.overcut = worst.overcut.max(-distance);
@@ -148,7 +159,7 @@ pub(super) fn survey(
                 worst.samples += 1;
             }
             *near = Some(touch.hint());
-            points.push(Judged { t, share, deviation, short, hint: touch.hint() });
+            points.push(Judged { t, share, deviation, short: short.is_some(), hint: touch.hint() });
         }
         let ends = [near.first(), near.last()].map(|end| end.copied().flatten().map(|hint| hint.place));
         let [low, high] =

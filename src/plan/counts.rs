@@ -1,15 +1,16 @@
-//! How many strips: the search for the fewest that hold the tolerance, knowing nothing of strips. Uses `diagnostic`.
+//! How many strips: the search for the fewest that hold the tolerance, knowing nothing of strips.
 //!
 //! Strain is the largest error as a share of its limit: up to 1 the tolerance holds. Foreseeing costs far less than
 //! trying.
 
+use super::limits::UNCUT;
 use crate::diagnostic::Result;
 
 /// Strips tried when the number is free.
 pub(super) const MOST_STRIPS: usize = 80;
 /// Numbers of strips tried at most where the tolerance decides.
 const TRIES: usize = 5;
-/// Numbers of strips refused after which no other is tried.
+/// Numbers of strips that leave part of the surface to none after which no other is tried.
 const REFUSALS: usize = 3;
 /// Error of one strip fewer, as a share of the limit, beyond which it is not tried.
 const HOPELESS: f64 = 1.6;
@@ -27,8 +28,9 @@ const NO_BETTER: f64 = 0.5;
 pub(super) enum Trial<S> {
     /// All strips, and their strain.
     Whole(S, f64),
-    /// Strips that hold, but more of them: those that did not were divided.
-    Mended(S),
+    /// Strips of which those that did not hold were divided, and what strain that leaves: more than 1 only where all but a
+    /// few held, which more strips would not help either.
+    Mended(S, f64),
     /// The strain of those fitted: enough to tell that this number does not hold.
     Missed(f64),
 }
@@ -75,7 +77,7 @@ struct Known<S> {
 pub(super) fn fewest<C: Counts>(counts: &C, range: Range) -> Result<C::Strips> {
     let mut count = promising(counts, range)?;
     let mut known = Known { best: None, missed: None, failed: 0, nearest: None };
-    let mut refused = Vec::new();
+    let (mut refused, mut uncut) = (None, 0);
     for _ in 0..TRIES {
         let strain = match counts.trial(count) {
             Ok(Trial::Whole(strips, strain)) => {
@@ -84,10 +86,13 @@ pub(super) fn fewest<C: Counts>(counts: &C, range: Range) -> Result<C::Strips> {
                 }
                 strain
             }
-            Ok(Trial::Mended(strips)) => {
-                let fewer = |(strain, best): &(f64, C::Strips)| *strain > 1.0 || C::size(&strips) < C::size(best);
-                if known.best.as_ref().is_none_or(fewer) {
-                    known.best = Some((1.0, strips));
+            Ok(Trial::Mended(strips, strain)) => {
+                let better = |(least, best): &(f64, C::Strips)| match strain <= 1.0 {
+                    true => *least > 1.0 || C::size(&strips) < C::size(best),
+                    false => strain < *least,
+                };
+                if known.best.as_ref().is_none_or(better) {
+                    known.best = Some((strain, strips));
                 }
                 break;
             }
@@ -98,20 +103,21 @@ pub(super) fn fewest<C: Counts>(counts: &C, range: Range) -> Result<C::Strips> {
                 strain
             }
             Err(error) => {
-                refused.push(error);
+                refused = Some(error);
                 f64::INFINITY
             }
         };
+        uncut += usize::from(strain >= UNCUT);
         let next = match strain <= 1.0 {
             true => fewer(counts, range, (count, strain), known.failed)?,
             false => known.more(range, (count, strain)),
         };
-        if next == count || next > MOST_STRIPS || refused.len() >= REFUSALS || counts.stopped() {
+        if next == count || next > MOST_STRIPS || uncut >= REFUSALS || counts.stopped() {
             break;
         }
         count = next;
     }
-    match (known.best, known.missed, refused.pop()) {
+    match (known.best, known.missed, refused) {
         (Some((_, strips)), ..) => Ok(strips),
         (None, Some((_, count)), _) => counts.whole(count),
         (None, None, Some(error)) => Err(error),
@@ -126,12 +132,12 @@ impl<S> Known<S> {
         // Errors fall with the square of the width.
         let promised = |(least, at): (f64, usize)| least * (1.0 - (at as f64 / count as f64).powi(2));
         let gains = self.nearest.is_none_or(|before| strain <= before.0 - NO_BETTER * promised(before));
-        let helps = count < range.predicted || strain.is_infinite() || gains;
+        let helps = count < range.predicted || strain >= UNCUT || gains;
         // A first miss may be that of one strip alone.
         let careful = if self.nearest.is_none() { 0.95 } else { 1.0 };
-        let factor = if strain.is_finite() { strain.sqrt().clamp(1.0, 1.4) } else { 1.1 };
+        let factor = if strain < UNCUT { strain.sqrt().clamp(1.0, 1.4) } else { 1.1 };
         self.failed = self.failed.max(count);
-        if strain.is_finite() && self.nearest.is_none_or(|(least, _)| strain < least) {
+        if strain < UNCUT && self.nearest.is_none_or(|(least, _)| strain < least) {
             self.nearest = Some((strain, count));
         }
         if within || !helps { count } else { (count + 1).max((count as f64 * factor * careful) as usize) }
@@ -210,7 +216,7 @@ mod tests {
             self.tried.borrow_mut().push(count);
             match self.strain(count) {
                 _ if count < self.refused => Err(Diagnostic::error("no")),
-                strain if strain > 1.0 && strain <= self.mended => Ok(Trial::Mended(count + count.div_ceil(10))),
+                strain if strain > 1.0 && strain <= self.mended => Ok(Trial::Mended(count + count.div_ceil(10), 1.0)),
                 strain if strain > 1.5 => Ok(Trial::Missed(strain)),
                 strain => Ok(Trial::Whole(count, strain)),
             }

@@ -2,7 +2,7 @@
 //! would help. Uses `geometry`, `motion`, `part` and `tool`.
 
 use super::seam::{Engaged, Seam, seam};
-use super::{Deviation, PlanRequest};
+use super::{Deviation, Gap, PlanRequest};
 use crate::motion::RuledMotion;
 use crate::part::OrientedSpline;
 use crate::tool::{Element, Tool};
@@ -163,7 +163,7 @@ fn limit(request: &PlanRequest<'_>, tool: &Tool, report: &StripReport, bare: boo
     let flank = tool.flute_length() - straight_flank(tool).map_or(0.0, |e| e.start().height);
     if outside > error.max(request.overcut_tolerance) {
         LimitedBy::Body
-    } else if bare {
+    } else if bare || report.deviation.bare.is_some() {
         LimitedBy::Coverage
     } else if error <= request.linearization {
         LimitedBy::Machine
@@ -191,8 +191,8 @@ pub struct PlanVerdict {
     pub help: Vec<String>,
 }
 
-/// Judges the strips as planned. `bare_share` of the surface lies outside them.
-pub(super) fn verdict(request: &PlanRequest<'_>, strips: &[StripReport], bare_share: f64) -> PlanVerdict {
+/// Judges the strips as planned. `bare_share` of the surface lies outside them, and all of the `gaps` between them.
+pub(super) fn verdict(request: &PlanRequest<'_>, strips: &[StripReport], bare_share: f64, gaps: &[Gap]) -> PlanVerdict {
     let mut verdict = PlanVerdict::default();
     let (over, under) = (request.overcut_tolerance, request.undercut_tolerance);
     let largest = |value: &dyn Fn(&StripReport) -> f64| {
@@ -209,14 +209,39 @@ pub(super) fn verdict(request: &PlanRequest<'_>, strips: &[StripReport], bare_sh
     miss("overcut", largest(&|s| s.deviation.overcut), over);
     miss("undercut", largest(&|s| s.deviation.undercut), under);
     miss("overcut beside the strip", largest(&|s| s.deviation.outside), over);
+    verdict.reasons.extend(bare_reason(strips));
+    verdict.reasons.extend(gaps.iter().map(|gap| gap_reason(gap, strips.len())));
     if bare_share > 0.0 {
         verdict.reasons.push(format!("{:.2} % of the surface lies outside all strips", bare_share * 100.0));
     }
     verdict.within_tolerance = verdict.reasons.is_empty();
     if !verdict.within_tolerance {
         verdict.help = help(request, strips, bare_share);
+        if !gaps.is_empty() {
+            verdict.help.push("for what is left uncut: a shorter or slimmer tool, or another direction".to_owned());
+        }
     }
     verdict
+}
+
+/// What the strip that stops farthest short of its border leaves.
+fn bare_reason(strips: &[StripReport]) -> Option<String> {
+    let bare = strips.iter().enumerate().filter_map(|(i, strip)| Some((i, strip.deviation.bare?)));
+    let (strip, bare) = bare.reduce(|most, next| if next.1.width > most.1.width { next } else { most })?;
+    Some(format!(
+        "strip {strip}: the flank stops {:.4} mm short of the strip's border near ({:.2}, {:.2}, {:.2})",
+        bare.width, bare.at.x, bare.at.y, bare.at.z
+    ))
+}
+
+fn gap_reason(gap: &Gap, strips: usize) -> String {
+    let place = match gap.before {
+        0 => "before strip 0".to_owned(),
+        before if before == strips => format!("after strip {}", strips - 1),
+        before => format!("between strips {} and {before}", before - 1),
+    };
+    let Gap { at, why, .. } = gap;
+    format!("{place}, near ({:.2}, {:.2}, {:.2}), the surface is left uncut: {why}", at.x, at.y, at.z)
 }
 
 fn help(request: &PlanRequest<'_>, strips: &[StripReport], bare_share: f64) -> Vec<String> {
@@ -263,10 +288,11 @@ fn help(request: &PlanRequest<'_>, strips: &[StripReport], bare_share: f64) -> V
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::plan::{Strategy, StrategyKind, Unobserved};
+    use crate::geometry::Point;
+    use crate::plan::{Bare, Strategy, StrategyKind, Unobserved};
 
     fn strip(overcut: f64, undercut: f64, outside: f64) -> StripReport {
-        let deviation = Deviation { overcut, undercut, outside, samples: 100 };
+        let deviation = Deviation { overcut, undercut, outside, samples: 100, bare: None };
         let limited_by = LimitedBy::Curvature;
         StripReport {
             deviation,
@@ -303,13 +329,29 @@ mod tests {
             linearization: 0.001,
             observer: &Unobserved,
         };
-        verdict(&request, strips, bare_share)
+        verdict(&request, strips, bare_share, &[])
     }
 
     #[test]
     fn what_keeps_the_tolerance_has_no_reasons() {
         let verdict = judged(&[strip(0.01, 0.02, 0.0), strip(0.0, 0.001, 0.005)], 0.0);
         assert_eq!(verdict, PlanVerdict { within_tolerance: true, ..PlanVerdict::default() });
+    }
+
+    #[test]
+    fn what_a_strip_leaves_uncut_is_said_with_its_place() {
+        let bare = |width: f64| Some(Bare { width, at: Point::new(1.0, 2.0, 3.0) });
+        let mut strips = [strip(0.001, 0.001, 0.0), strip(0.001, 0.001, 0.0), strip(0.001, 0.001, 0.0)];
+        (strips[1].deviation.bare, strips[2].deviation.bare) = (bare(0.5), bare(0.1));
+        let verdict = judged(&strips, 0.0);
+        assert!(!verdict.within_tolerance && verdict.reasons.len() == 1, "{verdict:?}");
+        let said = "strip 1: the flank stops 0.5000 mm short of the strip's border near (1.00, 2.00, 3.00)";
+        assert_eq!(verdict.reasons[0], said);
+        let gap = |before| Gap { before, at: Point::new(1.0, 2.0, 3.0), why: "no".to_owned() };
+        let places = [0, 2, 3].map(|before| gap_reason(&gap(before), 3));
+        let said = "near (1.00, 2.00, 3.00), the surface is left uncut: no";
+        let wanted = ["before strip 0", "between strips 1 and 2", "after strip 2"];
+        assert_eq!(places, wanted.map(|place| format!("{place}, {said}")));
     }
 
     #[test]

@@ -129,7 +129,7 @@ impl Joint<'_> {
             };
             steps += minimize_largest(self, &mut x, &settings)?.rounds;
             match judge(setting, rails, &x, &strip.resolution) {
-                Ok((Ok(matched), survey)) if setting.strain(&matched) <= LITTLE * self.bearable => {
+                Ok((matched, survey)) if setting.strain(&matched) <= LITTLE * self.bearable => {
                     if setting.strain(&matched) <= self.bearable {
                         return Some(FittedStrip { steps, ..matched });
                     }
@@ -149,7 +149,7 @@ impl Joint<'_> {
         let reached = reached?;
         SHARES.into_iter().find_map(|share| {
             let x: Vec<f64> = start.iter().zip(&reached).map(|(a, b)| a + share * (b - a)).collect();
-            let matched = judge(setting, rails, &x, &strip.resolution).ok()?.0.ok()?;
+            let (matched, _) = judge(setting, rails, &x, &strip.resolution).ok()?;
             (setting.strain(&matched) <= self.bearable).then_some(FittedStrip { steps, ..matched })
         })
     }

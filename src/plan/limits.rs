@@ -13,9 +13,10 @@ pub(super) struct Limits {
 }
 
 impl Limits {
-    /// Largest of both errors, each as a share of its limit.
+    /// Largest of both errors, each as a share of its limit; what leaves part of its band uncut is worth less than any error.
     pub(super) fn strain(&self, deviation: &Deviation) -> f64 {
-        self.strain_of(-deviation.overcut.max(deviation.outside)).max(self.strain_of(deviation.undercut))
+        let uncut = deviation.bare.map_or(0.0, |bare| UNCUT * (1.0 + bare.width));
+        uncut + self.strain_of(-deviation.overcut.max(deviation.outside)).max(self.strain_of(deviation.undercut))
     }
 
     /// A signed deviation as a share of its limit, not negative. Where no overcut at all is allowed it counts as a share
@@ -41,5 +42,7 @@ impl Limits {
     }
 }
 
+/// Least strain of what leaves part of its band uncut.
+pub(super) const UNCUT: f64 = 1e3;
 /// Overcut that counts as none, mm.
 const NO_OVERCUT: f64 = 1e-6;

@@ -3,6 +3,7 @@
 
 mod assess;
 mod attainable;
+mod bands;
 mod chart;
 pub mod choice;
 mod counts;
@@ -11,6 +12,7 @@ mod field;
 mod fit;
 mod forecast;
 mod join;
+mod laid;
 mod layout;
 mod limits;
 mod link;
@@ -22,6 +24,7 @@ mod rails;
 mod rajain;
 mod reach;
 mod seam;
+mod search;
 mod start;
 mod strip;
 #[cfg(test)]
@@ -29,9 +32,10 @@ mod tests;
 mod touch;
 mod trace;
 
-pub use assess::Deviation;
+pub use assess::{Bare, Deviation};
 pub use attainable::{Attainable, AttainableMap, FlankLaw};
 pub use explain::{LimitedBy, PlanVerdict, StripReport};
+pub use laid::Gap;
 pub use observe::{Observer, Progress, Stage, Unobserved};
 pub use rajain::{DirectionField, Free, RajainFigures, RajainSettings, Weights};
 pub use reach::{AxisBound, AxisReach};
@@ -45,7 +49,7 @@ use crate::tool::Tool;
 use explain::Planned;
 use link::passes;
 use meridian::FoundTool;
-use planner::{Planner, flank};
+use planner::{Found, Planner, flank};
 use rajain::RajainStrip;
 use strip::FittedStrip;
 
@@ -172,6 +176,8 @@ pub struct Plan {
     pub path: ToolPath,
     /// One entry a strip, in order.
     pub strips: Vec<StripReport>,
+    /// Bands of the surface along which no strip could be laid, in order.
+    pub gaps: Vec<Gap>,
     /// Whether the strips as planned keep the tolerance; what counts in the end is what the program's text leaves.
     pub verdict: PlanVerdict,
     /// What the flank can reach at best, fully engaged, whichever way its axis points; none for a tool that was found.
@@ -216,6 +222,7 @@ impl PlanRequest<'_> {
 /// Plans the tool path of a part.
 pub fn plan(request: &PlanRequest<'_>) -> Result<Plan> {
     let form = request.part.surface.spline()?;
+    let mut gaps = Vec::new();
     let (strips, passes, tool, figures) = match request.strategy.method {
         Method::Rajain2023 => {
             let found = rajain::plan(request, &form.spline)?;
@@ -232,7 +239,7 @@ pub fn plan(request: &PlanRequest<'_>) -> Result<Plan> {
             (strips, passes, found.tool, Some(found.figures))
         }
         Method::Regulus | Method::Rulings => {
-            let (planner, strips) = Planner::plan(request, &form.spline)?;
+            let Found { planner, strips, gaps: left } = Planner::plan(request, &form.spline)?;
             let motions: Vec<RuledMotion> = strips.iter().map(|s| s.motion.clone()).collect();
             let passes = planner.passes(&motions)?;
             let strips = strips.into_iter().map(|FittedStrip { motion, deviation, steps, .. }| Planned {
@@ -240,6 +247,7 @@ pub fn plan(request: &PlanRequest<'_>) -> Result<Plan> {
                 deviation,
                 steps,
             });
+            gaps = left;
             (strips.collect(), passes, None, None)
         }
     };
@@ -250,11 +258,22 @@ pub fn plan(request: &PlanRequest<'_>) -> Result<Plan> {
     let bare_share = figures.map_or(0.0, |figures: RajainFigures| figures.bare_share);
     let used = tool.as_ref().unwrap_or(request.tool);
     let strips = explain::reports(request, used, &form.spline, &strips, bare_share > 0.0);
-    let verdict = explain::verdict(request, &strips, bare_share);
+    let verdict = explain::verdict(request, &strips, bare_share, &gaps);
     let interrupted = request.observer.stopped();
     let surface_fit_error = form.fit_error;
     let attainable = Some(AttainableMap::new(&form.spline, flank(used, request.strategy)?.law()));
-    Ok(Plan { path, strips, verdict, attainable, surface_fit_error, interrupted, found: None, tool, rajain: figures })
+    Ok(Plan {
+        path,
+        strips,
+        gaps,
+        verdict,
+        attainable,
+        surface_fit_error,
+        interrupted,
+        found: None,
+        tool,
+        rajain: figures,
+    })
 }
 
 /// What a tool's flank can reach at best on a part, before anything is planned.

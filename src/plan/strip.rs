@@ -4,7 +4,7 @@ use super::Observer;
 use super::assess::{AssessError, Borders, Deviation, Gouge, Stance, Survey, gouge_beside, survey};
 use super::chart::Chart;
 use super::fit::{FitWeights, SphereFamily, StripFit, StripSpec};
-use super::limits::Limits;
+use super::limits::{Limits, UNCUT};
 use super::polish::{Polish, Setting};
 use super::rails::Rails;
 use super::start::{Band, StripStart, start_strip};
@@ -180,7 +180,7 @@ pub(super) fn lay_strip(
     let x = fit.start(&start.rulings).ok_or(StripError::BrokeDown)?;
     let motion = fit.rails().motion(&x).ok_or(StripError::BrokeDown)?;
     let dense = (resolution.instants * 4, resolution.heights * 2);
-    let deviation = survey(&Probe { chart, tool, family, motion: &motion }, &band.borders, dense)?.whole()?;
+    let deviation = survey(&Probe { chart, tool, family, motion: &motion }, &band.borders, dense)?.worst;
     Ok(FittedStrip { motion, deviation, steps: 0, borders: band.borders, resolution: *resolution })
 }
 
@@ -221,8 +221,9 @@ pub(super) fn fit_strip(
         }
         let effort = Effort { enough: if attempt.settled { effort.enough } else { LAID_ENOUGH }, ..*effort };
         let found = start.and_then(|start| attempt_strip(setting, (band, start), resolution, (&attempt, &effort)));
-        // What rulings alone lead to stands only where it is good enough.
-        let stands = found.is_ok() && (attempt.settled || strain(&found) <= 1.0);
+        // What rulings alone lead to stands only where it is good enough, and what leaves part of its band uncut only where
+        // nothing else is found.
+        let stands = strain(&found) <= if attempt.settled { UNCUT } else { 1.0 };
         hopeless += usize::from(found.as_ref().is_err_and(StripError::is_hopeless));
         if best.is_err() || strain(&found) < strain(&best) {
             best = found;
@@ -255,7 +256,7 @@ fn finer_strip(
     let weights = FitWeights { extension: 0.0, anchor: 0.0, firm: 0.0, fairness: 0.0, clearance: 0.0 };
     let at = settle(setting, (&start, &resolution), (&weights, &[]), (1, effort)).ok()?;
     let judged = judge(setting, &at.rails, &at.x, &resolution);
-    let refined = refine(setting, &at.rails, (at.x, judged.and_then(|(strip, _)| strip)), &resolution, effort).ok()?;
+    let refined = refine(setting, &at.rails, (at.x, judged.map(|(strip, _)| strip)), &resolution, effort).ok()?;
     Some(FittedStrip { steps: strip.steps + refined.steps, ..refined })
 }
 
@@ -313,7 +314,7 @@ fn attempt_strip(
         steps += at.steps;
         judged = judge(setting, &at.rails, &at.x, &resolution);
     }
-    let refined = refine(setting, &at.rails, (at.x, judged.and_then(|(strip, _)| strip)), &resolution, effort)?;
+    let refined = refine(setting, &at.rails, (at.x, judged.map(|(strip, _)| strip)), &resolution, effort)?;
     Ok(FittedStrip { steps: steps + refined.steps, ..refined })
 }
 
@@ -346,7 +347,7 @@ fn settle(
 /// falls with the fourth power of their pieces.
 fn held_by_rails(
     setting: Setting<'_>,
-    judged: &Result<(Result<FittedStrip, StripError>, Survey), StripError>,
+    judged: &Result<(FittedStrip, Survey), StripError>,
     effort: &Effort<'_>,
 ) -> Option<usize> {
     let Ok((_, survey)) = judged else { return None };
@@ -407,19 +408,19 @@ impl Setting<'_> {
     }
 }
 
-/// The strip that unknowns stand for, judged densely, if it covers its band.
+/// The strip that unknowns stand for, judged densely.
 pub(super) fn judge(
     setting: Setting<'_>,
     rails: &Rails,
     x: &[f64],
     resolution: &Resolution,
-) -> Result<(Result<FittedStrip, StripError>, Survey), StripError> {
+) -> Result<(FittedStrip, Survey), StripError> {
     let motion = rails.motion(x).ok_or(StripError::BrokeDown)?;
     let dense = (resolution.instants * 4, resolution.heights * 2);
     let survey = survey(&setting.probe(&motion), setting.borders, dense)?;
     let (borders, resolution) = (*setting.borders, *resolution);
-    let strip = survey.whole().map(|deviation| FittedStrip { motion, deviation, steps: 0, borders, resolution });
-    Ok((strip.map_err(StripError::from), survey))
+    let deviation = survey.worst;
+    Ok((FittedStrip { motion, deviation, steps: 0, borders, resolution }, survey))
 }
 
 /// Carries a strip from where least squares left it, judged, to the least largest error of its true envelope. Least squares
@@ -438,8 +439,9 @@ fn refine(
     for _ in 0..JUDGEMENTS {
         let enough = best.as_ref().is_ok_and(|strip: &FittedStrip| strain(strip) < effort.enough);
         // What does not cover its band yet is no plan at all: it may take longer.
-        let most = if best.is_ok() { effort.rounds } else { 2 * effort.rounds };
-        if enough || rounds >= most || best.is_ok() && effort.observer.stopped() {
+        let covers = best.as_ref().is_ok_and(|strip| strip.deviation.bare.is_none());
+        let most = if covers { effort.rounds } else { 2 * effort.rounds };
+        if enough || rounds >= most || covers && effort.observer.stopped() {
             break;
         }
         let Some(radius) = polish.ready(&x) else { break };
@@ -457,9 +459,8 @@ fn refine(
             Ok(judged) => judged,
             Err(error) => return best.or(Err(error)),
         };
-        let of = |found: &Result<FittedStrip, StripError>| found.as_ref().map_or(f64::INFINITY, strain);
-        if best.is_err() || of(&candidate) < of(&best) {
-            best = candidate.map(|strip| FittedStrip { steps: rounds, ..strip });
+        if best.as_ref().map_or(true, |best| strain(&candidate) < strain(best)) {
+            best = Ok(FittedStrip { steps: rounds, ..candidate });
         }
         // What stays short by as much as before will do so again.
         let stuck = short_by > 0.0 && outcome.trespass > STUCK * short_by;

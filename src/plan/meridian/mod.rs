@@ -227,6 +227,7 @@ fn found(
                 undercut: judged.undercut,
                 outside: judged.outside,
                 samples: judged.samples,
+                bare: None,
             },
             worst_at: whole.share(judged.worst_at),
             rms: judged.rms,
@@ -270,8 +271,9 @@ pub fn plan_found(request: &PlanRequest<'_>, found: &FoundTool) -> Result<Plan> 
     });
     let planned: Vec<Planned> = planned.collect();
     let strips = explain::reports(request, request.tool, &form.spline, &planned, found.left > 0.0);
-    let verdict = explain::verdict(request, &strips, found.left);
+    let verdict = explain::verdict(request, &strips, found.left, &[]);
     Ok(Plan {
+        gaps: Vec::new(),
         path,
         strips,
         verdict,

@@ -107,7 +107,7 @@ pub(super) fn measure(
     let Subject { sheet, tool, engaged, rest } = subject;
     let (start, end) = motion.domain();
     let instants = FINER * positions;
-    let mut worst = Deviation { overcut: 0.0, undercut: 0.0, outside: 0.0, samples: 0 };
+    let mut worst = Deviation::NONE;
     let mut near = vec![place; HEIGHTS];
     for j in 0..=instants {
         let t = start + (end - start) * j as f64 / instants as f64;

@@ -147,7 +147,7 @@ pub(crate) fn all() -> Vec<Case> {
     }
     // Slim above the flutes, to lean over a twisted blade; flutes short, for its hollows.
     let blades = [
-        ("rotor37 pressure side", ROTOR_PRESSURE, blade(1.0, 5.0, 14.0), 7.5),
+        ("rotor37 pressure side", ROTOR_PRESSURE, blade(1.0, 3.0, 8.0), 5.0),
         ("rotor37 suction side", ROTOR_SUCTION, blade(1.0, 3.0, 8.0), 5.0),
         ("hecc_main pressure side", HECC, blade(2.0, 8.0, 6.0), 4.0),
     ];
