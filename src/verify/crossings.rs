@@ -5,7 +5,7 @@ use super::contacts::{Contact, Obstacle, ToolBody};
 use super::motion_tree::{BlockMotion, Instant};
 use crate::collide::{self, Clearance, Move, ToolSolid};
 use crate::motion::Pose;
-use crate::part::{DesignSurface, Part, SampleGrid, SurfaceSample};
+use crate::part::{DesignSurface, Part, SampleGrid};
 use crate::tool::{Section, Tool};
 use rayon::prelude::*;
 
@@ -126,28 +126,13 @@ fn triangles(surface: &DesignSurface, allowed: &Allowed) -> (SampleGrid, f64) {
     (grid, sag)
 }
 
-/// Largest distance of the surface from its triangles, as seen at the middles of their sides and in their centres: in those
-/// that may have the largest by the normals at their corners, which tell it but for terms of fourth order.
+/// Largest distance of the surface from its triangles, as seen at the middles of their sides and in their centres.
 fn sag(surface: &DesignSurface, grid: &SampleGrid) -> f64 {
     const PLACES: [[f64; 3]; 4] =
         [[0.5, 0.5, 0.0], [0.0, 0.5, 0.5], [0.5, 0.0, 0.5], [1.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0]];
-    /// Share of the largest by the normals from which triangles are looked at.
-    const PROMISING: f64 = 0.5;
-    /// Of the others one in so many, for waves as long as the grid is wide.
-    const EVERY: usize = 8;
-    let corners = |[a, b, c]: &[u32; 3]| {
+    let off = |[a, b, c]: &[u32; 3]| {
         let [a, b, c] = [a, b, c].map(|index| grid.samples.get(*index as usize));
-        Some([a?, b?, c?])
-    };
-    // A side of length l that bends by k leaves its chord by k l² / 8, and its normals differ by k l along it.
-    let by_normals = |triangle: &[u32; 3]| {
-        let side = |a: &SurfaceSample, b: &SurfaceSample| {
-            (b.normal.0.into_inner() - a.normal.0.into_inner()).dot(&(b.point - a.point)).abs() / 8.0
-        };
-        corners(triangle).map_or(0.0, |[a, b, c]| side(a, b).max(side(b, c)).max(side(c, a)))
-    };
-    let off = |triangle: &[u32; 3]| {
-        let Some([a, b, c]) = corners(triangle) else { return 0.0 };
+        let (Some(a), Some(b), Some(c)) = (a, b, c) else { return 0.0 };
         let leaves = |weights: [f64; 3]| {
             let flat = a.point.coords * weights[0] + b.point.coords * weights[1] + c.point.coords * weights[2];
             let exact = surface.between([a, b, c], weights);
@@ -158,13 +143,7 @@ fn sag(surface: &DesignSurface, grid: &SampleGrid) -> f64 {
     match surface {
         DesignSurface::Mesh(_) => 0.0,
         DesignSurface::Spline(_) | DesignSurface::Curved(_) => {
-            let promised: Vec<f64> = grid.triangles.par_iter().map(by_normals).collect();
-            let least = PROMISING * promised.iter().copied().fold(0.0, f64::max);
-            let looked_at =
-                |index: usize, promise: f64| index.is_multiple_of(EVERY) || (promise >= least && promise > 0.0);
-            let triangles = grid.triangles.par_iter().zip(&promised).enumerate();
-            let promising = triangles.filter(|(index, (_, promise))| looked_at(*index, **promise));
-            promising.map(|(_, (triangle, _))| off(triangle)).reduce(|| 0.0, f64::max)
+            grid.triangles.par_iter().map(off).reduce(|| 0.0, f64::max)
         }
     }
 }

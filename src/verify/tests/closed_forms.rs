@@ -90,6 +90,51 @@ fn cone_of_the_part_by_the_flank_of_a_cone() {
 }
 
 #[test]
+fn offset_of_a_hypar_by_the_flank_of_a_cylinder() {
+    // The axis sweeps the hyperbolic paraboloid, so the flank of radius r sweeps its parallel surface at distance r: seen
+    // from a point r + lift below along the normal, the tool stands `lift` above. Curvature radii are above 40 mm.
+    let radius = 5.0;
+    for k in [60.0, 150.0] {
+        let whole = Hypar { k, from: -30.0, to: 30.0 };
+        let corner = |i: u32| -30.0 + 60.0 / 7.0 * f64::from(i);
+        let parts = (0..7).map(|i| Block::Hypar(Hypar { k, from: corner(i), to: corner(i + 1) }));
+        for motion in [Blocks::feed(vec![Block::Hypar(whole)]), Blocks::feed(parts.collect())] {
+            for (x, y) in [(-24.0, 4.0), (-9.3, 31.0), (0.0, 20.0), (4.2, 12.5), (17.0, 8.0), (25.0, 30.0)] {
+                for (side, lift) in [(1.0, 0.0), (1.0, 0.031), (-1.0, 0.0), (-1.0, -0.02)] {
+                    let (point, normal) = whole.at(x, y);
+                    let normal = normal * side;
+                    let sample = ray((point - normal * (radius + lift)).into(), normal.into());
+                    assert_depth(depth(&cylinder(2.0 * radius), &motion, &sample), lift, "hypar");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn offset_of_a_helicoid_by_one_straight_block() {
+    // The tip goes straight along X while the axis turns evenly about it: the axis sweeps the helicoid
+    // (x, y cos(c x), y sin(c x)), the flank its parallel surface.
+    let (length, twist, radius) = (40.0, 0.9, 5.0);
+    let c = twist / length;
+    let motion = Blocks::through(&[
+        pose([0.0, 0.0, 0.0], [0.0, 1.0, 0.0]),
+        pose([length, 0.0, 0.0], [0.0, f64::cos(twist), f64::sin(twist)]),
+    ]);
+    for (x, y) in [(6.0, 5.0), (13.7, 35.0), (20.0, 20.0), (33.0, 11.0)] {
+        let (sin, cos) = f64::sin_cos(c * x);
+        let point = Vector::new(x, y * cos, y * sin);
+        // Across the ruling (0, cos, sin) the surface runs along (1, -c y sin, c y cos).
+        let normal = Vector::new(0.0, cos, sin).cross(&Vector::new(-1.0, c * y * sin, -c * y * cos)).normalize();
+        for (side, lift) in [(1.0, 0.0), (1.0, -0.044), (-1.0, 0.017)] {
+            let normal = normal * side;
+            let sample = ray((point - normal * (radius + lift)).into(), normal.into());
+            assert_depth(depth(&cylinder(2.0 * radius), &motion, &sample), lift, "helicoid");
+        }
+    }
+}
+
+#[test]
 fn cylinder_in_chords() {
     // Part cylinder R 25 milled by 36 chords of the tool's axis: mid-chord the tool is nearer by (R + r)(1 - cos(pi/36)).
     let (part, radius, chords) = (20.0, 5.0, 36);

@@ -21,6 +21,28 @@ pub(super) enum Block {
     Straight(Pose, Pose),
     /// Turned about the part's Z axis by an angle in radians.
     Turn(Pose, f64),
+    /// Along the rulings of a hyperbolic paraboloid.
+    Hypar(Hypar),
+}
+
+/// The hyperbolic paraboloid z = x y / k, its rulings x = const followed from `from` to `to`, the tip at y = 0.
+#[derive(Clone, Copy)]
+pub(super) struct Hypar {
+    pub(super) k: f64,
+    pub(super) from: f64,
+    pub(super) to: f64,
+}
+
+impl Hypar {
+    /// Point at (x, y), and the normal that points to positive z.
+    pub(super) fn at(&self, x: f64, y: f64) -> (Vector, Vector) {
+        (Vector::new(x, y, x * y / self.k), Vector::new(-y / self.k, -x / self.k, 1.0).normalize())
+    }
+
+    fn pose(&self, share: f64) -> Pose {
+        let x = self.from + (self.to - self.from) * share;
+        pose([x, 0.0, 0.0], [0.0, self.k, x])
+    }
 }
 
 #[derive(Clone, Default)]
@@ -53,6 +75,7 @@ impl BlockMotion for Blocks {
                 let turn = nalgebra::Rotation3::from_axis_angle(&Vector::z_axis(), angle * share);
                 Pose { tip: turn * pose.tip, axis: turn * pose.axis }
             }
+            Block::Hypar(hypar) => hypar.pose(share),
         }
     }
 
@@ -60,6 +83,8 @@ impl BlockMotion for Blocks {
         let (reach, angle) = match &self.blocks[block] {
             Block::Straight(a, b) => (height.abs(), a.axis_angle(b)),
             Block::Turn(pose, angle) => (pose.at_height(height).coords.xy().norm(), *angle),
+            // The axis (cos t, sin t), tan t = x / k, has a second derivative of at most sqrt(1 + 0.65²) / k² < 1.2 / k².
+            Block::Hypar(hypar) => (1.2 * height.abs(), (hypar.to - hypar.from) / hypar.k),
         };
         reach * (angle * (to - from)).powi(2) / 8.0
     }

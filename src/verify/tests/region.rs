@@ -146,7 +146,7 @@ fn rigid_motions_change_nothing() {
             .iter()
             .map(|b| match b {
                 Block::Straight(a, b) => Block::Straight(a.transformed(&placed), b.transformed(&placed)),
-                Block::Turn(..) => *b,
+                Block::Turn(..) | Block::Hypar(_) => *b,
             })
             .collect(),
         rapid: motion.rapid.clone(),
