@@ -110,9 +110,9 @@ pub fn verify(subject: &Subject<'_>, settings: &Settings) -> Verified {
     let sweep = timeline.sweep(&flutes, settings.window, settings.resolution);
     let fineness = Fineness { spacing, change: settings.refinement, border: settings.border };
     let allowed = Allowed { contact: settings.contact, overcut: subject.tolerance.overcut, spacing };
-    let (part, (crossed, surface)) = rayon::join(
+    let (part, ((crossed, surface), axes)) = rayon::join(
         || measure(&subject.part.surface, &sweep, settings.window, &fineness),
-        || crossings(motion, subject.tool, subject.part, allowed),
+        || rayon::join(|| crossings(motion, subject.tool, subject.part, allowed), || motion.axis_report()),
     );
     let links = links(motion, subject.tool, (&part, surface), settings.window.outward);
     let runs = Runs::of(&links);
@@ -133,7 +133,6 @@ pub fn verify(subject: &Subject<'_>, settings: &Settings) -> Verified {
     }
 
     let contacts = contacts.into_sorted();
-    let axes = motion.axis_report();
     let reach = ToolReach { heights: (0.0, subject.tool.flute_length()), radius: flutes.radius };
     // Blocks that only link keep that far away from the part.
     let is_link = |block: usize| links.get(block).copied().unwrap_or(true);
