@@ -1,6 +1,6 @@
 //! B-spline curves in space.
 
-use super::knots::{KnotError, Knots};
+use super::knots::{Basis, KnotError, Knots};
 use super::{Point, Vector};
 
 /// A polynomial B-spline curve, mm.
@@ -42,7 +42,14 @@ impl SplineCurve {
 
     /// Point and first two derivatives with respect to the parameter, at `t`.
     pub fn jet(&self, t: f64) -> [Vector; 3] {
-        let basis = self.knots.basis(t);
+        match self.knots.cubic_basis(t) {
+            Some(basis) => self.sums(&basis),
+            None => self.sums(&self.knots.basis(t)),
+        }
+    }
+
+    #[inline(always)]
+    fn sums<const N: usize>(&self, basis: &Basis<N>) -> [Vector; 3] {
         let mut jet = [Vector::zeros(); 3];
         for (j, point) in self.control[basis.first..=basis.first + self.knots.degree()].iter().enumerate() {
             for (value, weights) in jet.iter_mut().zip(&basis.ders) {

@@ -39,7 +39,7 @@ pub use mesh_topology::{MeshEdge, MeshTopology};
 pub use parametrize::{ParametrizeError, SquareMap, map_to_square};
 pub use surface::{SplineSurface, SurfaceError, SurfaceJet};
 pub use surface_fit::{FitPoint, fit_surface};
-pub use surface_foot::{Boundary, Edge, SurfaceFoot};
+pub use surface_foot::{Boundary, Edge, SurfaceFoot, SurfacePlace};
 
 /// A point, mm unless a function says otherwise.
 pub type Point = nalgebra::Point3<f64>;

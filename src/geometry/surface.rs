@@ -210,6 +210,11 @@ impl SplineSurface {
 
     /// Derivatives of mixed order up to two in each parameter; of total order above two only when `FULL`.
     fn table<const FULL: bool>(&self, u: f64, v: f64) -> DerivativeTable {
+        if self.weights.is_none()
+            && let (Some(bu), Some(bv)) = (self.knots_u.cubic_basis(u), self.knots_v.cubic_basis(v))
+        {
+            return self.bicubic_table::<FULL>(&bu, &bv);
+        }
         let (bu, bv) = (self.knots_u.basis(u), self.knots_v.basis(v));
         let (p, q) = (self.knots_u.degree(), self.knots_v.degree());
         let columns = self.knots_v.controls();
@@ -219,8 +224,6 @@ impl SplineSurface {
             let start = (bu.first + i) * columns + bv.first;
             let points = &self.control[start..=start + q];
             let (row, row_weight) = match &self.weights {
-                // The common case, so that the compiler knows the length.
-                None if q == 3 => (row_sums(&points[..4], &bv), [0.0; 3]),
                 None => (row_sums(points, &bv), [0.0; 3]),
                 Some(weights) => weighted_row_sums(points, &weights[start..=start + q], &bv),
             };
@@ -234,11 +237,29 @@ impl SplineSurface {
         }
         if self.weights.is_some() { DerivativeTable::quotient(&sums, &weight) } else { DerivativeTable(sums) }
     }
+
+    /// The same in the common case, in which the compiler knows all lengths.
+    fn bicubic_table<const FULL: bool>(&self, bu: &Basis<4>, bv: &Basis<4>) -> DerivativeTable {
+        let columns = self.knots_v.controls();
+        let mut sums = [[Vector::zeros(); 3]; 3];
+        for i in 0..4 {
+            let start = (bu.first + i) * columns + bv.first;
+            let Some(points) = self.control[start..].first_chunk::<4>() else { continue };
+            let row = row_sums(points, bv);
+            for (k, sums) in sums.iter_mut().enumerate() {
+                let along_u = bu.ders[k][i];
+                for l in 0..if FULL { 3 } else { 3 - k } {
+                    sums[l] += row[l] * along_u;
+                }
+            }
+        }
+        DerivativeTable(sums)
+    }
 }
 
 /// Sums of one row of control points with the basis functions along v and their derivatives.
 #[inline(always)]
-fn row_sums(points: &[Point], basis: &Basis) -> [Vector; 3] {
+fn row_sums<const N: usize>(points: &[Point], basis: &Basis<N>) -> [Vector; 3] {
     let mut sums = [Vector::zeros(); 3];
     for (j, point) in points.iter().enumerate() {
         for (sum, ders) in sums.iter_mut().zip(&basis.ders) {

@@ -47,6 +47,8 @@ const EVERYWHERE: Rectangle = [(f64::NEG_INFINITY, f64::INFINITY); 2];
 const PERPENDICULAR: f64 = 1e-12;
 /// The same share, within which a point counts as above the edge and not beyond it.
 const BEYOND: f64 = 1e-9;
+/// The same share, for a last step after which no jet need be looked up: its square is what it leaves.
+const SHORT_STEP: f64 = 1e-6;
 const MAX_STEPS: usize = 40;
 const MAX_HALVINGS: usize = 12;
 
@@ -94,16 +96,35 @@ impl SplineSurface {
         if second.state == State::Minimum { second.foot(self, scale) } else { inside }
     }
 
-    /// Parameters and jet of the point of [`SplineSurface::closest_from`], for those who need the jet anyway.
-    pub fn jet_closest_from(&self, p: &Point, near: (f64, f64)) -> (f64, f64, SurfaceJet) {
+    /// Parameters and jet of the point of [`SplineSurface::closest_from`], from a place whose jet is known, for those who
+    /// look again and again nearby: once the way left is so short that the jets along it differ by rounding only, the last
+    /// step is taken on the jet at hand.
+    pub fn place_closest_from(&self, p: &Point, near: &SurfacePlace) -> SurfacePlace {
         let scale = self.tree().scale();
-        let found = Descent::run(self, p, near, &EVERYWHERE, scale);
+        let start = Descent::at(*near, p);
+        let found = start.fall::<true>(self, p, &EVERYWHERE, scale);
         if found.state == State::Minimum {
-            return (found.u, found.v, found.jet);
+            return found.place();
         }
-        let foot = self.closest_from(p, near);
-        (foot.u, foot.v, self.extended_jet(foot.u, foot.v))
+        let foot = self.closest_from(p, (near.u, near.v));
+        self.place(foot.u, foot.v)
     }
+
+    /// A place on the extended surface.
+    pub fn place(&self, u: f64, v: f64) -> SurfacePlace {
+        SurfacePlace { u, v, jet: self.extended_jet(u, v) }
+    }
+}
+
+/// Parameters on the extended surface, with the jet there.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SurfacePlace {
+    /// Parameter.
+    pub u: f64,
+    /// Parameter.
+    pub v: f64,
+    /// Point and derivatives.
+    pub jet: SurfaceJet,
 }
 
 fn middle([(u0, u1), (v0, v1)]: &Rectangle) -> (f64, f64) {
@@ -140,15 +161,34 @@ struct Step {
     dv: f64,
     /// Half the slope of f along the step; negative.
     slope: f64,
+    /// Length on the surface, mm, of a step of Newton's in both parameters; infinite for any other.
+    length: f64,
 }
 
 impl Descent {
     fn new(surface: &SplineSurface, p: &Point, (u, v): (f64, f64), limits: &Rectangle) -> Self {
         let [(u0, u1), (v0, v1)] = *limits;
-        let (u, v) = (u.max(u0).min(u1), v.max(v0).min(v1));
-        let jet = surface.extended_jet(u, v);
+        Self::at(surface.place(u.max(u0).min(u1), v.max(v0).min(v1)), p)
+    }
+
+    fn at(SurfacePlace { u, v, jet }: SurfacePlace, p: &Point) -> Self {
         let offset = jet.point - p;
         Self { u, v, jet, offset, value: offset.norm_squared(), state: State::Falling }
+    }
+
+    fn place(&self) -> SurfacePlace {
+        SurfacePlace { u: self.u, v: self.v, jet: self.jet }
+    }
+
+    /// The end of a step that is the last, so short that second derivatives are the same there and what is left beyond it,
+    /// of the order of its square, is rounding.
+    fn ended(mut self, Step { du, dv, .. }: Step, p: &Point) -> Self {
+        let SurfaceJet { point, su, sv, suu, suv, svv } = &mut self.jet;
+        *point += *su * du + *sv * dv + (*suu * (du * du) + *svv * (dv * dv)) * 0.5 + *suv * (du * dv);
+        *su += *suu * du + *suv * dv;
+        *sv += *suv * du + *svv * dv;
+        let end = Self::at(SurfacePlace { u: self.u + du, v: self.v + dv, jet: self.jet }, p);
+        Self { state: State::Minimum, ..end }
     }
 
     /// Least distance inside one patch. Where the distance is convex over the patch, one descent finds it, and it is
@@ -179,16 +219,19 @@ impl Descent {
     }
 
     fn run(surface: &SplineSurface, p: &Point, start: (f64, f64), limits: &Rectangle, scale: f64) -> Self {
-        Self::new(surface, p, start, limits).fall(surface, p, limits, scale)
+        Self::new(surface, p, start, limits).fall::<false>(surface, p, limits, scale)
     }
 
-    /// Newton's method with halved steps, held inside `limits`.
-    fn fall(mut self, surface: &SplineSurface, p: &Point, limits: &Rectangle, scale: f64) -> Self {
+    /// Newton's method with halved steps, held inside `limits`; with `SHORT` its last step is taken as it is.
+    fn fall<const SHORT: bool>(mut self, surface: &SplineSurface, p: &Point, limits: &Rectangle, scale: f64) -> Self {
         for _ in 0..MAX_STEPS {
             let tolerance = PERPENDICULAR * (scale + self.value.sqrt());
             let Some(step) = self.step(limits, tolerance) else {
                 return self;
             };
+            if SHORT && step.length <= SHORT_STEP * (scale + self.value.sqrt()) {
+                return self.ended(step, p);
+            }
             let Some(next) = self.advance(surface, p, limits, &step, scale) else {
                 return self;
             };
@@ -219,11 +262,14 @@ impl Descent {
             self.state = if convex { State::Minimum } else { State::Stationary };
             return None;
         }
+        let mut length = f64::INFINITY;
         let (du, dv) = match (free_u, free_v) {
             (true, true) => {
                 let determinant = l * n - m * m;
                 if self.convex() && determinant > 1e-9 * l * n {
-                    ((m * gv - n * gu) / determinant, (m * gu - l * gv) / determinant)
+                    let (du, dv) = ((m * gv - n * gu) / determinant, (m * gu - l * gv) / determinant);
+                    length = (jet.su * du + jet.sv * dv).norm();
+                    (du, dv)
                 } else {
                     // Gauss-Newton: the metric alone, damped so that nearly parallel derivatives do no harm.
                     let (e, g) = (e * (1.0 + 1e-9), g * (1.0 + 1e-9));
@@ -234,7 +280,7 @@ impl Descent {
             (true, false) => (-gu / if l > 1e-6 * e { l } else { e }, 0.0),
             _ => (0.0, -gv / if n > 1e-6 * g { n } else { g }),
         };
-        Some(Step { du, dv, slope: gu * du + gv * dv })
+        Some(Step { du, dv, slope: gu * du + gv * dv, length })
     }
 
     /// Halves the step until the distance falls; none when it does not.

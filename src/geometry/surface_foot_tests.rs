@@ -149,16 +149,21 @@ proptest! {
     }
 
     #[test]
-    fn the_jet_of_a_warm_start_is_that_of_its_foot(
-        p in point_within([-2.0, -2.0, -1.0], [32.0, 22.0, 4.0]), off in -1.0..1.0f64,
+    fn a_foot_from_a_known_place_is_the_closest_point_but_for_rounding_and_so_is_its_jet(
+        p in point_within([-2.0, -2.0, -1.0], [32.0, 22.0, 4.0]), off in -1.0..1.0f64, power in -8..0_i32,
     ) {
         let surface = wavy(&[0.0, 0.6, -0.4, 0.9, 0.2]);
         let exact = surface.closest(&p);
-        let near = (exact.u + 0.01 * off, exact.v - 0.02 * off);
-        let (u, v, jet) = surface.jet_closest_from(&p, near);
+        let off = off * 10f64.powi(power);
+        let near = (exact.u + off, exact.v - 2.0 * off);
+        let place = surface.place_closest_from(&p, &surface.place(near.0, near.1));
         let foot = surface.closest_from(&p, near);
-        prop_assert_eq!((u, v), (foot.u, foot.v));
-        prop_assert_eq!(jet, surface.extended_jet(u, v));
+        prop_assert!((place.u - foot.u).abs() < 1e-10 && (place.v - foot.v).abs() < 1e-10, "{place:?} {foot:?}");
+        let jet = surface.extended_jet(place.u, place.v);
+        prop_assert!((place.jet.point - jet.point).norm() < 1e-12, "{place:?} {jet:?}");
+        for (found, want) in [(place.jet.su, jet.su), (place.jet.sv, jet.sv)] {
+            prop_assert!((found - want).norm() < 1e-8 * want.norm(), "{place:?} {jet:?}");
+        }
     }
 
     #[test]

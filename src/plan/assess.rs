@@ -4,7 +4,7 @@ use super::chart::{Chart, Frame};
 use super::fit::{BODY_MARGIN, SphereFamily, side_foot};
 use super::touch::{Hint, NoTouch, Probe};
 use crate::envelope::NoContact;
-use crate::geometry::Point;
+use crate::geometry::{Point, SurfacePlace};
 
 /// Deviation of one strip's envelope from the part, over the part of the surface that it covers.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -214,7 +214,8 @@ pub(super) fn gouge_beside(chart: &Chart<'_>, family: &SphereFamily, stance: &St
     let mut deepest = Gouge { depth: 0.0, height: top, at: upper };
     let flutes = above.chain(family.below().iter().copied()).map(|sphere| (sphere, false));
     let body = family.body().iter().map(|sphere| (*sphere, true));
-    let (mut near, mut inside) = (high, None);
+    let low = chart.seat(low);
+    let (mut near, mut inside) = (chart.seat(high), None);
     for ((height, radius), straight) in flutes.chain(body) {
         if (lower_height..top).contains(&height) {
             continue;
@@ -222,9 +223,9 @@ pub(super) fn gouge_beside(chart: &Chart<'_>, family: &SphereFamily, stance: &St
         let centre = lower + axis * (height - lower_height);
         // Each foot is looked for from its neighbour's: farther away another one may be found.
         let from = if height < lower_height { low } else { near };
-        let foot = chart.foot(&centre, from)?;
+        let foot = chart.foot_from(&centre, &from)?;
         if height >= top {
-            near = foot.frame.place;
+            near = foot.at;
         }
         let (foot, depth, margin) = if straight {
             let side = side_foot(chart, &centre, &axis, radius, &foot)?;
@@ -236,7 +237,7 @@ pub(super) fn gouge_beside(chart: &Chart<'_>, family: &SphereFamily, stance: &St
             if depth > deepest.depth {
                 deepest = Gouge { depth, height, at: foot.frame.point };
             }
-            inside = (height >= top && !straight).then_some((height, foot.frame.place));
+            inside = (height >= top && !straight).then_some((height, foot.at));
         } else if let Some((last, near)) = inside.take().filter(|_| height >= top && !straight) {
             // The surface ends between two spheres: the flank is often deepest at its edge.
             let of = |height: f64| (lower + axis * (height - lower_height), family.radius(height).0);
@@ -258,15 +259,15 @@ fn gouge_at_edge(
     chart: &Chart<'_>,
     of: impl Fn(f64) -> (Point, f64),
     (mut from, mut to): (f64, f64),
-    mut near: (f64, f64),
+    mut near: SurfacePlace,
 ) -> Option<Gouge> {
     let mut deepest = Gouge { depth: 0.0, height: from, at: of(from).0 };
     for _ in 0..HALVINGS {
         let height = 0.5 * (from + to);
         let (centre, radius) = of(height);
-        let foot = chart.foot(&centre, near)?;
+        let foot = chart.foot_from(&centre, &near)?;
         if foot.frame.inside() {
-            (from, near) = (height, foot.frame.place);
+            (from, near) = (height, foot.at);
             if radius - foot.distance > deepest.depth {
                 deepest = Gouge { depth: radius - foot.distance, height, at: foot.frame.point };
             }

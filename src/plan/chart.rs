@@ -3,7 +3,7 @@
 
 use super::field::Field;
 use crate::geometry::extend::extended;
-use crate::geometry::{Point, SplineSurface, SurfaceJet, Vector};
+use crate::geometry::{Point, SplineSurface, SurfaceJet, SurfacePlace, Vector};
 use crate::part::OrientedSpline;
 use nalgebra::Matrix2;
 use std::sync::Arc;
@@ -80,6 +80,8 @@ pub(super) struct ChartFoot {
     /// Distance along the normal, mm: positive on the tool's side. Where the surface and its extension have no
     /// perpendicular, the distance of its nearest edge.
     pub(super) distance: f64,
+    /// Where on the surface it is, for a search nearby to start from.
+    pub(super) at: SurfacePlace,
 }
 
 impl Frame {
@@ -205,24 +207,33 @@ impl<'a> Chart<'a> {
 
     /// The foot of `p` on the extended surface, found from a place nearby.
     pub(super) fn foot(&self, p: &Point, near: (f64, f64)) -> Option<ChartFoot> {
-        let (u, v, jet) = self.surface().jet_closest_from(p, self.parameters(near, false));
-        self.foot_at(p, (u, v), &jet)
+        self.foot_from(p, &self.seat(near))
+    }
+
+    /// Where a search may start that begins near chart coordinates.
+    pub(super) fn seat(&self, near: (f64, f64)) -> SurfacePlace {
+        let (u, v) = self.parameters(near, false);
+        self.surface().place(u, v)
+    }
+
+    /// The foot of `p` on the extended surface, found from where another one nearby was.
+    pub(super) fn foot_from(&self, p: &Point, near: &SurfacePlace) -> Option<ChartFoot> {
+        self.foot_at(p, self.surface().place_closest_from(p, near))
     }
 
     /// The foot of `p` on the extended surface, nothing known.
     pub(super) fn nearest(&self, p: &Point) -> Option<ChartFoot> {
         let inside = self.surface().closest(p);
-        let (u, v, jet) = self.surface().jet_closest_from(p, (inside.u, inside.v));
-        self.foot_at(p, (u, v), &jet)
+        self.foot_from(p, &self.surface().place(inside.u, inside.v))
     }
 
-    fn foot_at(&self, p: &Point, at: (f64, f64), jet: &SurfaceJet) -> Option<ChartFoot> {
-        let frame = self.frame_at(at, jet)?;
+    fn foot_at(&self, p: &Point, at: SurfacePlace) -> Option<ChartFoot> {
+        let frame = self.frame_at((at.u, at.v), &at.jet)?;
         let way = p - frame.point;
         let along_normal = way.dot(&frame.normal);
         // Off the surface's side there may be no perpendicular: then its edge is what is nearest.
         let slipped = (way - frame.normal * along_normal).norm() > SLIP + SQUARE * way.norm();
         let distance = if slipped { way.norm() } else { along_normal };
-        distance.is_finite().then_some(ChartFoot { frame, distance })
+        distance.is_finite().then_some(ChartFoot { frame, distance, at })
     }
 }

@@ -10,7 +10,7 @@ use super::attainable::FlankLaw;
 use super::chart::{Chart, ChartFoot};
 use super::rails::{BLOCK, RUN, Rails, SECOND_DIFFERENCE};
 use super::reach::AxisBound;
-use crate::geometry::{Point, Vector};
+use crate::geometry::{Point, SurfacePlace, Vector};
 use crate::optimize::{LeastSquares, NormalEquations};
 use crate::tool::{Contact, Tool};
 
@@ -171,8 +171,8 @@ pub(super) struct StripFit<'a> {
     shares: Vec<f64>,
     /// Weights of the terms.
     pub(super) weights: FitWeights,
-    /// Last known feet (g, h) per (time, share), then per (time, outside point).
-    hints: Vec<(f64, f64)>,
+    /// Last known feet per (time, share), then per (time, outside point).
+    hints: Vec<SurfacePlace>,
     /// Samples that count in full, fixed while a minimization runs so that its cost stays smooth.
     counted: Vec<bool>,
     /// Whether each (time, share) lay over the surface at the last assembly.
@@ -220,6 +220,7 @@ impl<'a> StripFit<'a> {
                 .take(count * heights)
                 .map(|at| chart.frame(*at).is_some_and(|f| f.inside()))
                 .collect(),
+            hints: hints.into_iter().map(|at| chart.seat(at)).collect(),
             chart,
             family,
             spec,
@@ -227,7 +228,6 @@ impl<'a> StripFit<'a> {
             times,
             shares,
             weights,
-            hints,
         })
     }
 
@@ -301,8 +301,8 @@ impl<'a> StripFit<'a> {
         for (k, f) in self.shares.clone().into_iter().enumerate() {
             let index = j * self.shares.len() + k;
             let centre = a + span * f;
-            let foot = self.chart.foot(&centre, self.hints[index])?;
-            self.hints[index] = foot.frame.place;
+            let foot = self.chart.foot_from(&centre, &self.hints[index])?;
+            self.hints[index] = foot.at;
             let (radius, slope) = self.family.radius(self.rails.lower_height + f * length);
             let deviation = foot.distance - radius;
             self.inside[index] = foot.frame.inside();
@@ -363,8 +363,8 @@ impl<'a> StripFit<'a> {
                 continue;
             }
             let centre = a + d * (height - self.rails.lower_height);
-            let mut foot = self.chart.foot(&centre, self.hints[first + i])?;
-            self.hints[first + i] = foot.frame.place;
+            let mut foot = self.chart.foot_from(&centre, &self.hints[first + i])?;
+            self.hints[first + i] = foot.at;
             let (deviation, margin) = if i < beside {
                 (foot.distance - radius, BESIDE_MARGIN)
             } else {
@@ -405,7 +405,7 @@ pub(super) fn side_foot(
         return Some(ChartFoot { distance: foot.distance - radius, ..*foot });
     }
     let toward = -(foot.frame.normal - d * foot.frame.normal.dot(d)).normalize();
-    chart.foot(&(centre + toward * radius), foot.frame.place)
+    chart.foot_from(&(centre + toward * radius), &foot.at)
 }
 
 /// How far beyond the surface, in chart coordinates, flutes beside the strip must stay clear of its extension: the

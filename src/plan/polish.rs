@@ -12,7 +12,7 @@ use super::limits::Limits;
 use super::rails::{BLOCK, RUN, Rails, SECOND_DIFFERENCE};
 use super::reach::MARGIN;
 use super::touch::{Hint, Instant, NoTouch, Probe, Touch, axis_gradient, point_gradient};
-use crate::geometry::Vector;
+use crate::geometry::{SurfacePlace, Vector};
 use crate::motion::RuledMotion;
 use crate::optimize::minimax::{Minimax, Rows, Sides};
 use crate::tool::Tool;
@@ -53,7 +53,8 @@ struct Spot {
 struct Beside {
     /// Height above the tip, mm; for flutes above the strip, share of what is left of the flank.
     at: Place,
-    place: (f64, f64),
+    /// Where the search for its foot starts.
+    near: SurfacePlace,
     /// It cannot gouge before it has moved this far from `seen`, mm.
     clear: f64,
     seen: Vector,
@@ -144,7 +145,7 @@ impl<'a> Polish<'a> {
             }
             let beside = match (spots.first(), spots.last()) {
                 (Some(first), Some(last)) if j % BESIDE_STRIDE == 0 => {
-                    beside(setting.family, first.hint.place, last.hint.place)
+                    beside(setting.family, first.hint.at, last.hint.at)
                 }
                 _ => Vec::new(),
             };
@@ -197,7 +198,7 @@ impl<'a> Polish<'a> {
             }
             let moment = self.moment(first.t);
             if moment.beside.is_empty() {
-                moment.beside = beside(family, first.hint.place, last.hint.place);
+                moment.beside = beside(family, first.hint.at, last.hint.at);
                 found = true;
             }
         }
@@ -364,8 +365,8 @@ impl<'a> Polish<'a> {
             return Some(());
         }
         let axis = at.rate.pose.axis.into_inner();
-        let foot = self.setting.chart.foot(&centre, beside.place)?;
-        beside.place = foot.frame.place;
+        let foot = self.setting.chart.foot_from(&centre, &beside.near)?;
+        beside.near = foot.at;
         let (foot, deviation, margin) = if straight {
             let side = side_foot(self.setting.chart, &centre, &axis, radius, &foot)?;
             (side, side.distance, BODY_MARGIN)
@@ -387,8 +388,8 @@ impl<'a> Polish<'a> {
 }
 
 /// Everything of the tool that is not between the rails.
-fn beside(family: &SphereFamily, low: (f64, f64), high: (f64, f64)) -> Vec<Beside> {
-    let at = |at: Place, place: (f64, f64)| Beside { at, place, clear: 0.0, seen: Vector::zeros() };
+fn beside(family: &SphereFamily, low: SurfacePlace, high: SurfacePlace) -> Vec<Beside> {
+    let at = |at: Place, near: SurfacePlace| Beside { at, near, clear: 0.0, seen: Vector::zeros() };
     let above = (1..=ABOVE).map(|i| at(Place::Above(i as f64 / ABOVE as f64), high));
     let below = family.below().iter().map(|(height, radius)| at(Place::Below(*height, *radius), low));
     let body = family.body().iter().map(|(height, radius)| at(Place::Body(*height, *radius), high));

@@ -3,7 +3,7 @@
 use super::chart::{Chart, ChartFoot};
 use super::fit::SphereFamily;
 use crate::envelope::{NoContact, envelope_point};
-use crate::geometry::Vector;
+use crate::geometry::{SurfacePlace, Vector};
 use crate::motion::RuledMotion;
 use crate::motion::path::PoseRate;
 use crate::tool::Tool;
@@ -33,6 +33,14 @@ pub(super) struct Hint {
     pub(super) place: (f64, f64),
     /// The part's normal nearby.
     pub(super) normal: Vector,
+    /// Where the search starts.
+    pub(super) at: SurfacePlace,
+}
+
+impl Hint {
+    fn of(foot: &ChartFoot) -> Self {
+        Self { place: foot.frame.place, normal: foot.frame.normal, at: foot.at }
+    }
 }
 
 /// A point of the envelope with its foot on the part.
@@ -58,7 +66,7 @@ pub(super) enum NoTouch {
 impl Touch {
     /// Where to look next to it.
     pub(super) fn hint(&self) -> Hint {
-        Hint { place: self.foot.frame.place, normal: self.foot.frame.normal }
+        Hint::of(&self.foot)
     }
 }
 
@@ -72,8 +80,7 @@ impl Probe<'_> {
     /// A hint for `share` of the flank from a place nearby.
     pub(super) fn hint(&self, at: &Instant, share: f64, near: (f64, f64)) -> Option<Hint> {
         let centre = at.rate.pose.at_height(self.motion.lower_height + share * at.length);
-        let frame = self.chart.foot(&centre, near)?.frame;
-        Some(Hint { place: frame.place, normal: frame.normal })
+        self.chart.foot(&centre, near).map(|foot| Hint::of(&foot))
     }
 
     /// The envelope at `share` of the flank between the rails.
@@ -87,10 +94,10 @@ impl Probe<'_> {
         let contact = self.tool.contact_at(height).ok_or(NoTouch::Degenerate)?;
         let point = envelope_point(&at.rate, &contact, &-hint.normal).map_err(|cause| {
             let centre = at.rate.pose.at_height(contact.sphere_height());
-            let over = self.chart.foot(&centre, hint.place).is_none_or(|foot| foot.frame.inside());
+            let over = self.chart.foot_from(&centre, &hint.at).is_none_or(|foot| foot.frame.inside());
             NoTouch::Envelope { height, cause, over }
         })?;
-        let foot = self.chart.foot(&point.point, hint.place).ok_or(NoTouch::Degenerate)?;
+        let foot = self.chart.foot_from(&point.point, &hint.at).ok_or(NoTouch::Degenerate)?;
         Ok(Touch { centre_height: contact.sphere_height(), normal: -point.normal.into_inner(), foot })
     }
 }
