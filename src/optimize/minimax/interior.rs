@@ -1,13 +1,13 @@
 //! One linearized minimax problem whose rows touch short runs of the unknowns, by a primal-dual interior-point method of
 //! its own: Mehrotra's predictor and corrector (On the implementation of a primal-dual interior point method, 1992) on
-//! normal equations that are banded but for two columns, those of tau and sigma. Every row takes part; one iteration
-//! costs a banded factorization, some tens of times less than a general conic solver takes.
+//! normal equations that are banded but for two columns, those of tau and sigma. One iteration costs a banded
+//! factorization and a pass over the rows that take part, some tens of times less than a general conic solver takes.
 //!
 //! The problem is that of [`super::subproblem`], in the same scales. Its start is strictly feasible: no step, with tau
 //! and sigma so large that every row has room.
 
 use super::rows::{Rows, SIDES};
-use super::subproblem::{Scales, Step};
+use super::subproblem::{ActiveSet, Scales, Step};
 use crate::optimize::BandedMatrix;
 use std::ops::Range;
 
@@ -126,9 +126,9 @@ struct Point {
     sigma: f64,
 }
 
-/// Solves the problem over all rows; `None` when its rows are not banded, or the numbers break down.
-pub(super) fn solve(rows: &Rows, unknowns: usize, scales: &Scales) -> Option<Step> {
-    let problem = Problem::new(rows, unknowns, scales)?;
+/// Solves the problem over the sides in `active`; `None` when its rows are not banded, or the numbers break down.
+pub(super) fn solve(rows: &Rows, unknowns: usize, active: &ActiveSet, scales: &Scales) -> Option<Step> {
+    let problem = Problem::new(rows, unknowns, active, scales)?;
     let (point, pairs) = problem.run()?;
     let length = scales.unit * scales.tau;
     let step = point.y.iter().map(|y| (y * length).clamp(-scales.radius, scales.radius)).collect();
@@ -137,12 +137,12 @@ pub(super) fn solve(rows: &Rows, unknowns: usize, scales: &Scales) -> Option<Ste
 }
 
 impl Problem {
-    fn new(rows: &Rows, unknowns: usize, scales: &Scales) -> Option<Self> {
+    fn new(rows: &Rows, unknowns: usize, active: &ActiveSet, scales: &Scales) -> Option<Self> {
         let length = scales.unit * scales.tau;
         let (mut runs, mut inequalities, mut ends) = (Runs::default(), Vec::new(), Vec::new());
         for row in 0..rows.len() {
             let before = inequalities.len();
-            for which in 0..SIDES {
+            for which in (0..SIDES).filter(|which| active.has(row, *which)) {
                 let Some(side) = rows.sides(row).side(which) else { continue };
                 let size = if side.share > 0.0 { side.share * scales.tau } else { length };
                 inequalities.push(Inequality {

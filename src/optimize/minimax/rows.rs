@@ -159,6 +159,24 @@ impl Rows {
         self.bounded.moved(row, step)
     }
 
+    /// Length of the gradient of bounded row `row`.
+    pub(super) fn steepness(&self, row: usize) -> f64 {
+        self.gradient(row).iter().map(|(_, g)| g * g).sum::<f64>().sqrt()
+    }
+
+    /// The way that explains how the bounded rows changed from `before`, the same rows at another place: the largest change
+    /// of a value over the length of its gradient. Infinite where the rows are not the same.
+    pub(super) fn way_from(&self, before: &Self) -> f64 {
+        if self.len() != before.len() {
+            return f64::INFINITY;
+        }
+        let changed = (0..self.len()).map(|row| ((self.value(row) - before.value(row)).abs(), self.steepness(row)));
+        changed
+            .filter(|(_, steepness)| *steepness > 0.0)
+            .map(|(change, steepness)| change / steepness)
+            .fold(0.0, f64::max)
+    }
+
     /// Squared rows: value, weight, gradient.
     pub(super) fn squares(&self) -> impl Iterator<Item = (f64, f64, &[(usize, f64)])> {
         (0..self.weights.len()).map(|r| (self.squared.values[r], self.weights[r], self.squared.gradient(r)))

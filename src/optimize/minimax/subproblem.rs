@@ -21,6 +21,11 @@ impl ActiveSet {
         Self { bits: vec![0; rows] }
     }
 
+    /// The set of all sides of `rows` rows.
+    pub(super) fn whole(rows: usize) -> Self {
+        Self { bits: vec![u8::MAX; rows] }
+    }
+
     /// Number of rows it is made for.
     pub(super) fn rows(&self) -> usize {
         self.bits.len()

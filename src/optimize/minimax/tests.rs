@@ -134,8 +134,9 @@ fn the_active_set_changes_nothing() {
     problem.linearize(&x, &mut rows).unwrap();
     let here = worth(&rows, None, 10.0).unwrap();
     let every: Vec<(usize, usize)> = (0..rows.len()).flat_map(|row| [(row, 0), (row, 1)]).collect();
-    let (_, few) = best_step(&rows, 6, &here, 10.0, 10.0, &[]).unwrap();
-    let (_, all) = best_step(&rows, 6, &here, 10.0, 10.0, &every).unwrap();
+    let trust = Trust { radius: 10.0, way: f64::INFINITY, penalty: 10.0 };
+    let (_, few) = best_step(&rows, 6, &here, &trust, &[]).unwrap();
+    let (_, all) = best_step(&rows, 6, &here, &trust, &every).unwrap();
     assert!((few.tau - all.tau).abs() < 0.02 * all.tau, "{few:?} {all:?}");
 }
 
@@ -197,9 +198,24 @@ proptest! {
             (0..SIDES).for_each(|which| _ = every.insert(row, which));
         }
         let merit = |step: &Step| worth(&rows, Some(&step.step), penalty).unwrap().merit;
-        let banded = merit(&interior::solve(&rows, nodes, &scales).unwrap());
+        let whole = ActiveSet::whole(rows.len());
+        let banded = merit(&interior::solve(&rows, nodes, &whole, &scales).unwrap());
         let general = merit(&solve(&rows, nodes, &every, &scales).unwrap());
         prop_assert!((banded - general).abs() < 1e-4 * here.merit, "{banded} {general} from {}", here.merit);
+    }
+
+    /// However short a way is foreseen: the rows left out of a banded problem change nothing.
+    #[test]
+    fn rows_out_of_reach_change_nothing(
+        nodes in 12..40_usize, floor in -0.1..0.1_f64, phase in 0.0..6.0_f64, way in 0.0..0.5_f64,
+    ) {
+        let mut problem = Polyline { nodes, floor, phase };
+        let (mut rows, x) = (Rows::default(), vec![0.0; nodes]);
+        problem.linearize(&x, &mut rows).unwrap();
+        let here = worth(&rows, None, 20.0).unwrap();
+        let step = |way: f64| best_step(&rows, nodes, &here, &Trust { radius: 1.0, way, penalty: 20.0 }, &[]).unwrap().1;
+        let (few, all) = (step(way), step(f64::INFINITY));
+        prop_assert!((few.merit - all.merit).abs() < 2e-3 * here.merit, "{few:?} {all:?}");
     }
 
     /// The best fit's error alternates: it is reached at least degree + 2 times with changing sign (Chebyshev).
