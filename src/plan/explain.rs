@@ -2,6 +2,7 @@
 //! would help. Uses `geometry`, `motion`, `part` and `tool`.
 
 use super::seam::{Engaged, Seam, seam};
+use super::trace::rims;
 use super::{Deviation, Gap, PlanRequest};
 use crate::motion::RuledMotion;
 use crate::part::OrientedSpline;
@@ -92,7 +93,7 @@ pub(super) fn reports(
     strips: &[Planned],
     bare: bool,
 ) -> Vec<StripReport> {
-    let engaged = |motion| Engaged { motion, tool, flank: (0.0, tool.flute_length()) };
+    let engaged = |motion| Engaged { motion, tool, flank: rims(tool) };
     strips
         .par_iter()
         .enumerate()

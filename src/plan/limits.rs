@@ -32,7 +32,8 @@ impl Limits {
 
     /// The same as [`Self::sides`] with neither limit strained more than `bearable`.
     pub(super) fn sides_within(&self, bearable: f64) -> Sides {
-        Sides { hard_above: bearable * self.undercut, ..self.sides() }
+        let hard_below = bearable.min(1.0) * self.overcut;
+        Sides { hard_above: bearable * self.undercut, hard_below, ..self.sides() }
     }
 
     /// Both errors strain their limits alike; overcut never more than wholly.
@@ -46,3 +47,17 @@ impl Limits {
 pub(super) const UNCUT: f64 = 1e3;
 /// Overcut that counts as none, mm.
 const NO_OVERCUT: f64 = 1e-6;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_borne_holds_both_errors_and_never_lets_overcut_pass_its_limit() {
+        let limits = Limits { overcut: 0.01, undercut: 0.03 };
+        for (bearable, below) in [(0.5, 0.005), (1.0, 0.01), (3.0, 0.01)] {
+            let sides = limits.sides_within(bearable);
+            assert_eq!((sides.hard_above, sides.hard_below), (bearable * 0.03, below));
+        }
+    }
+}
