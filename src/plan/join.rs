@@ -44,6 +44,12 @@ const NARROW: f64 = 0.15;
 const MEAN: f64 = 1.0;
 /// Price of the mean square of what rims lie too low, in units of the limit.
 const RIM: f64 = 300.0;
+/// How many times what lies between path and program rims are kept above other strips: both may lie off their paths by as
+/// much, and their words are rounded besides.
+const LIFTED: f64 = 3.0;
+/// Most of it, as a share of the flank, beyond once: over an overlap of some hundredths of the flank a larger lift would
+/// make a kink of its own.
+const LEANT: f64 = 1e-4;
 /// Multiple of the strain that is borne from which on what stands out is not followed: the step was too bold.
 const LITTLE: f64 = 1.5;
 /// How much dearer steps become then.
@@ -349,7 +355,9 @@ pub(super) fn joined(
     if let Some(borders) = strips.first().map(|strip| strip.borders).filter(|_| wanted) {
         let setting = Setting { chart, tool: request.tool, family, borders: &borders, limits };
         let worse = if strategy.strips.is_some() { WORSE } else { f64::INFINITY };
-        let joining = Joining { weight: strategy.smoothness, lift: request.linearization };
+        let between = request.linearization;
+        let lift = (LIFTED * between).min(LEANT * (family.highest() - family.lowest())).max(between);
+        let joining = Joining { weight: strategy.smoothness, lift };
         // What strains its limits too much has nothing to give for a smoother seam.
         let borne = |alone: f64| if alone > 1.0 { 0.0 } else { (worse * alone).min(1.0) };
         let borne: Vec<f64> = strips.iter().map(|strip| borne(setting.strain(strip))).collect();
