@@ -15,7 +15,7 @@ pub struct Deviation {
     pub undercut: f64,
     /// Deepest gouge by the flutes beside the strip, the shank or the holder, mm, not negative.
     pub outside: f64,
-    /// Envelope points that lie over the surface.
+    /// Envelope points that lie over the surface, or hardly beside it.
     pub samples: usize,
     /// Where the flank stops farthest short of what the strip is to cover; none where it covers all of it.
     pub bare: Option<Bare>,
@@ -69,7 +69,15 @@ pub(super) struct Borders {
     pub(super) last: f64,
 }
 
+/// Share of the surface, across the cut, that only a single sweep covers.
+const ALONE: f64 = 0.99;
+
 impl Borders {
+    /// True for a single sweep over the whole surface, whose flank may be only just long enough for it.
+    pub(super) fn alone(&self) -> bool {
+        self.high - self.low >= ALONE
+    }
+
     /// How far, mm, an end of the flank, at share `k` of 0..=`top` and instant `j` of 0..=`end`, stops inside the band; none
     /// where it passes its borders.
     fn short_by(&self, frame: &Frame, (k, top): (usize, usize), (j, end): (usize, usize)) -> Option<f64> {
@@ -96,7 +104,7 @@ pub(super) struct Judged {
     pub(super) t: f64,
     /// Share of the flank between the rails.
     pub(super) share: f64,
-    /// Signed deviation, mm, positive above the surface; none beside the surface.
+    /// Signed deviation, mm, positive above the surface; none beside the surface and what goes on like it.
     pub(super) deviation: Option<f64>,
     /// An end of the flank, or of its motion, that stops inside the band.
     pub(super) short: bool,
@@ -152,7 +160,9 @@ pub(super) fn survey(
             if let Some(width) = short.filter(|width| worst.bare.is_none_or(|bare| bare.width < *width)) {
                 worst.bare = Some(Bare { width, at: frame.point });
             }
-            let deviation = frame.inside().then_some(touch.foot.distance);
+            // A little beyond the edge counts too: the edge itself comes to lie between two instants.
+            let counted = if borders.alone() { frame.inside() } else { frame.within(probe.chart.continued()) };
+            let deviation = counted.then_some(touch.foot.distance);
             if let Some(distance) = deviation {
                 worst.overcut = worst.overcut.max(-distance);
                 worst.undercut = worst.undercut.max(distance);

@@ -3,8 +3,8 @@
 use super::assess::Borders;
 use super::chart::{Chart, Frame};
 use super::fit::SphereFamily;
+use super::fitted::Resolution;
 use super::start::{Band, ruling};
-use super::strip::Resolution;
 use crate::diagnostic::{Diagnostic, Result};
 use crate::geometry::Point;
 

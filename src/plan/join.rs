@@ -7,10 +7,11 @@
 
 use super::chart::Chart;
 use super::fit::SphereFamily;
+use super::fitted::FittedStrip;
 use super::limits::Limits;
 use super::polish::{Polish, Setting};
 use super::rails::{RUN, Rails};
-use super::strip::{FittedStrip, judge};
+use super::refine::judge;
 use super::touch::{Hint, Instant, Probe, Touch};
 use super::trace::{Section, Trace, rims};
 use super::{Method, Observer, PlanRequest};

@@ -1,8 +1,8 @@
 //! What came of the bands: their strips, or why there is none, and how far all of them are from holding the limits.
 //! Uses `diagnostic` and `geometry`.
 
+use super::fitted::FittedStrip;
 use super::limits::Limits;
-use super::strip::FittedStrip;
 use crate::diagnostic::{Diagnostic, Result};
 use crate::geometry::Point;
 

@@ -10,10 +10,12 @@ mod counts;
 mod explain;
 mod field;
 mod fit;
+mod fitted;
 mod forecast;
 mod join;
 mod laid;
 mod layout;
+mod lift;
 mod limits;
 mod link;
 pub mod meridian;
@@ -23,6 +25,7 @@ mod polish;
 mod rails;
 mod rajain;
 mod reach;
+mod refine;
 mod seam;
 mod search;
 mod start;
@@ -47,11 +50,11 @@ use crate::motion::{FeedReference, Pass, RuledMotion, ToolPath, ToolSummary};
 use crate::part::Part;
 use crate::tool::Tool;
 use explain::Planned;
+use fitted::FittedStrip;
 use link::passes;
 use meridian::FoundTool;
 use planner::{Found, Planner, flank};
 use rajain::RajainStrip;
-use strip::FittedStrip;
 
 /// How many strips.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

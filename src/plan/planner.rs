@@ -4,14 +4,17 @@ use super::bands::Bands;
 use super::chart::Chart;
 use super::counts::{Range, fewest};
 use super::fit::SphereFamily;
+use super::fitted::{Effort, FittedStrip, Resolution, StripError};
 use super::forecast::{bare_error, evened, evened_ahead, strip_error};
 use super::join::joined;
 use super::laid::{Gap, Laid, Worth, parted, worth};
 use super::layout::{Choice, choose_layouts};
 use super::limits::Limits;
 use super::link::chart_passes;
+use super::polish::Setting;
+use super::refine::audited;
 use super::start::{Band, StripStart};
-use super::strip::{Effort, FittedStrip, Resolution, StripError, fit_strip, lay_strip, prepare_strip};
+use super::strip::{fit_strip, lay_strip, prepare_strip};
 use super::{Method, Observer, PlanRequest, Progress, Stage, Strategy, StrategyKind};
 use crate::diagnostic::{Diagnostic, Result};
 use crate::motion::{Pass, RuledMotion};
@@ -230,10 +233,19 @@ impl<'a> Planner<'a> {
 }
 
 impl Found<'_> {
+    /// The strips joined, and looked at densely once more.
     fn joined(self) -> Self {
         let planner = &self.planner;
         let Bands { chart, family, .. } = &planner.bands;
-        let strips = joined(planner.request, (chart, family, &planner.limits()), self.strips);
+        let limits = &planner.limits();
+        let strips = joined(planner.request, (chart, family, limits), self.strips);
+        let tool = planner.request.tool;
+        let audit = |strip: FittedStrip| {
+            let borders = strip.borders;
+            audited(Setting { chart, tool, family, borders: &borders, limits }, strip)
+        };
+        let fitted = planner.method() == Method::Regulus;
+        let strips = if fitted { strips.into_par_iter().map(audit).collect() } else { strips };
         Self { strips, ..self }
     }
 }

@@ -30,7 +30,7 @@ pub(super) struct Setting<'a> {
 impl Setting<'_> {
     /// True for a single sweep over the whole surface, whose flank may be only just long enough for it.
     pub(super) fn alone(&self) -> bool {
-        self.borders.high - self.borders.low >= ALONE
+        self.borders.alone()
     }
 
     /// The measure of a motion.
@@ -92,8 +92,6 @@ pub(super) struct Polish<'a> {
     price: f64,
 }
 
-/// Share of the surface, across the cut, that only a single sweep covers.
-const ALONE: f64 = 0.99;
 /// The rest of the tool is looked at every so many instants: it must only stay clear.
 const BESIDE_STRIDE: usize = 3;
 /// Spheres of the flutes above the strip.

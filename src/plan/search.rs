@@ -24,7 +24,7 @@ impl Planner<'_> {
     /// Strips that miss the limits divided into more and narrower ones, those that hold left as they are.
     pub(super) fn mended(&self, mut laid: Vec<Laid>) -> Vec<Laid> {
         let limits = self.limits();
-        let mut left: Vec<(f64, f64)> = Vec::new();
+        let (mut once, mut left) = (Vec::<(f64, f64)>::new(), Vec::<(f64, f64)>::new());
         for more in 0..MENDINGS {
             let given_up = |band: &Laid| left.iter().any(|(low, high)| band.low < *high && band.high > *low);
             let strain = |band: &Laid| if given_up(band) { 0.0 } else { band.strain(&limits) };
@@ -40,7 +40,11 @@ impl Planner<'_> {
                 let Some(before) = laid.get(old.clone()).map(|before| worth(before, &limits)) else { continue };
                 let after = worth(&found, &limits);
                 if after.0 >= before.0 && after.1 > (HELPED * before.1).max(1.0) {
-                    left.extend(found.first().zip(found.last()).map(|(first, last)| (first.low, last.high)));
+                    let failed = found.first().zip(found.last()).map(|(first, last)| (first.low, last.high));
+                    // Once more of them may still do.
+                    let known = |(low, high): &(f64, f64)| once.iter().any(|(a, b)| low < b && high > a);
+                    left.extend(failed.filter(known));
+                    once.extend(failed);
                 }
                 if after < before {
                     laid.splice(old, found);

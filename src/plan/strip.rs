@@ -1,78 +1,18 @@
 //! Fits one strip: start, least squares with falling fairness, then the least largest error.
 
-use super::Observer;
-use super::assess::{AssessError, Borders, Deviation, Gouge, Stance, Survey, gouge_beside, survey};
+use super::assess::{Stance, gouge_beside, survey};
 use super::chart::Chart;
 use super::fit::{FitWeights, SphereFamily, StripFit, StripSpec};
+use super::fitted::{Effort, FittedStrip, Resolution, StripError};
 use super::limits::{Limits, UNCUT};
-use super::polish::{Polish, Setting};
+use super::polish::Setting;
 use super::rails::Rails;
+use super::refine::{Judged, judged, refine};
 use super::start::{Band, StripStart, start_strip};
 use super::touch::Probe;
-use crate::motion::RuledMotion;
-use crate::optimize::minimax::{self, minimize_largest};
 use crate::optimize::{Settings, minimize};
 use crate::tool::Tool;
 use std::cell::LazyCell;
-
-/// How finely a strip is modelled.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Resolution {
-    /// Control points a rail.
-    pub(super) controls: usize,
-    /// Instants at which the fit looks, at least twice the control points.
-    pub(super) instants: usize,
-    /// Heights at which it looks.
-    pub(super) heights: usize,
-}
-
-impl Resolution {
-    /// Rails of `times` as many pieces, or as many times as is affordable.
-    fn finer(self, times: usize) -> Self {
-        let pieces = self.controls - 3;
-        let controls = pieces * times.min((MOST_CONTROLS - 3) / pieces).max(1) + 3;
-        Self { controls, instants: 2 * controls + 1, ..self }
-    }
-}
-
-/// A fitted strip.
-#[derive(Clone, Debug)]
-pub(super) struct FittedStrip {
-    /// The tool's motion.
-    pub(super) motion: RuledMotion,
-    /// Its envelope's deviation, sampled densely.
-    pub(super) deviation: Deviation,
-    /// Steps of the optimizer.
-    pub(super) steps: usize,
-    /// What it covers.
-    pub(super) borders: Borders,
-    /// How finely it is modelled.
-    pub(super) resolution: Resolution,
-}
-
-/// Why a strip could not be fitted.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub(super) enum StripError {
-    /// No rulings to start from.
-    #[error("no ruling of the tool touches the part along the whole strip without its rails turning back")]
-    NoStart,
-    /// The fit broke down.
-    #[error("the fit broke down; the part is too curved for this tool at this strip width")]
-    BrokeDown,
-    /// What is above the flutes stands in the part, and the flank cannot turn so far.
-    #[error("what is above the flutes would cut {:.3} mm into the part near ({:.2}, {:.2}, {:.2}) while the flank touches it", .0.depth, .0.at.x, .0.at.y, .0.at.z)]
-    Body(Gouge),
-    /// The fitted motion has no proper envelope.
-    #[error("the fitted motion has no envelope: {0}")]
-    Envelope(#[from] AssessError),
-}
-
-impl StripError {
-    /// True where firmer rails will hardly help.
-    fn is_hopeless(&self) -> bool {
-        matches!(self, Self::Body(_) | Self::Envelope(AssessError::NoContact { .. }))
-    }
-}
 
 /// One least-squares fit of several.
 struct Stage {
@@ -112,7 +52,7 @@ struct Attempt {
     patience: usize,
 }
 
-/// Rulings refined as they lie come first where the tolerance decides and they promise to hold it, straight ones, which
+/// Rulings refined as they lie come first where the tolerance decides and they promise to hold it once lifted, straight ones, which
 /// leave the flank more to spare, before slanted ones.
 const ATTEMPTS: [Attempt; 6] = [
     Attempt { anchor: 0.0, slanted: false, settled: false, patience: 1 },
@@ -142,28 +82,11 @@ const CLEARANCE: f64 = 100.0;
 
 /// Strain of a strip of several that finer rails may bring down to what is allowed.
 const FINER: std::ops::RangeInclusive<f64> = 1.0..=5.0;
-/// Control points that rails are not refined beyond.
-const MOST_CONTROLS: usize = 150;
 /// Largest variation of the deviation along the flank, as a share of that of all, at which the rails' freedom is what
 /// holds the error up.
 const RIPPLE: f64 = 0.4;
 /// Most steps a stage of a fit takes once the plan is to end early: enough for a tool path that can be used.
 const HURRIED: usize = 4;
-
-/// How the optimizer works on a strip.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Effort<'a> {
-    /// Weight of second differences.
-    pub(super) fairness: f64,
-    /// Most linearizations toward the least largest error.
-    pub(super) rounds: usize,
-    /// Share of the limits below which errors are small enough.
-    pub(super) enough: f64,
-    /// The tolerance is to be held, not the least error to be found.
-    pub(super) tolerant: bool,
-    /// May end the work early.
-    pub(super) observer: &'a dyn Observer,
-}
 
 /// Lays the tool on rulings across the band, both end spheres touching, and optimizes nothing.
 pub(super) fn lay_strip(
@@ -214,8 +137,7 @@ pub(super) fn fit_strip(
     let (mut best, mut hopeless) = (Err(StripError::BrokeDown), 0);
     for attempt in ATTEMPTS.into_iter().filter(|attempt| attempt.settled || effort.tolerant) {
         let start = if attempt.slanted { Ok(start) } else { straight.as_ref().map_err(StripError::clone) };
-        let promises =
-            |start: &StripStart| LAID_PEAK * start.misfit + start.crowded < limits.overcut.min(limits.undercut);
+        let promises = |start: &StripStart| LAID_PEAK * start.misfit + start.crowded < limits.mean();
         if !attempt.settled && !start.as_ref().is_ok_and(|start| promises(start)) {
             continue;
         }
@@ -255,8 +177,8 @@ fn finer_strip(
     let start = along(start, &Settled { rails, x, steps: 0 }, resolution.instants)?;
     let weights = FitWeights { extension: 0.0, anchor: 0.0, firm: 0.0, fairness: 0.0, clearance: 0.0 };
     let at = settle(setting, (&start, &resolution), (&weights, &[]), (1, effort)).ok()?;
-    let judged = judge(setting, &at.rails, &at.x, &resolution);
-    let refined = refine(setting, &at.rails, (at.x, judged.map(|(strip, _)| strip)), &resolution, effort).ok()?;
+    let found = judged(setting, &at.rails, at.x.clone(), &resolution);
+    let refined = refine(setting, &at.rails, standing(found, at.x), &resolution, effort).ok()?;
     Some(FittedStrip { steps: strip.steps + refined.steps, ..refined })
 }
 
@@ -304,17 +226,17 @@ fn attempt_strip(
     let stages = if attempt.settled { STAGES.as_slice() } else { &[] };
     let mut at = settle(setting, (start, resolution), (&weights, stages), (attempt.patience, effort))?;
     let (mut resolution, mut steps) = (*resolution, at.steps);
-    let mut judged = judge(setting, &at.rails, &at.x, &resolution);
+    let mut found = judged(setting, &at.rails, at.x.clone(), &resolution);
     // Narrow strips are held up by the shape of the tool.
     let alone = setting.alone() && attempt.settled;
-    if let Some(times) = held_by_rails(setting, &judged, effort).filter(|_| alone) {
+    if let Some(times) = held_by_rails(setting, &found, effort).filter(|_| alone) {
         resolution = resolution.finer(times);
         let start = along(start, &at, resolution.instants).ok_or(StripError::BrokeDown)?;
         at = settle(setting, (&start, &resolution), (&weights, &[]), (attempt.patience, effort))?;
         steps += at.steps;
-        judged = judge(setting, &at.rails, &at.x, &resolution);
+        found = judged(setting, &at.rails, at.x.clone(), &resolution);
     }
-    let refined = refine(setting, &at.rails, (at.x, judged.map(|(strip, _)| strip)), &resolution, effort)?;
+    let refined = refine(setting, &at.rails, standing(found, at.x), &resolution, effort)?;
     Ok(FittedStrip { steps: steps + refined.steps, ..refined })
 }
 
@@ -342,15 +264,19 @@ fn settle(
     Ok(Settled { rails: fit.rails().clone(), x, steps })
 }
 
+/// What a refinement starts from: what was judged, or where it could not be judged.
+fn standing(found: Result<Judged, StripError>, x: Vec<f64>) -> (Vec<f64>, Result<FittedStrip, StripError>) {
+    match found {
+        Ok(Judged { x, strip, .. }) => (x, Ok(strip)),
+        Err(error) => (x, Err(error)),
+    }
+}
+
 /// How many times as many pieces the rails should have where errors that are still too large hardly vary along the flank,
 /// but from instant to instant: there not the shape of the tool holds them up but the freedom of the rails, whose error
 /// falls with the fourth power of their pieces.
-fn held_by_rails(
-    setting: Setting<'_>,
-    judged: &Result<(FittedStrip, Survey), StripError>,
-    effort: &Effort<'_>,
-) -> Option<usize> {
-    let Ok((_, survey)) = judged else { return None };
+fn held_by_rails(setting: Setting<'_>, found: &Result<Judged, StripError>, effort: &Effort<'_>) -> Option<usize> {
+    let Ok(Judged { survey, .. }) = found else { return None };
     let excess = setting.limits.strain(&survey.worst) / effort.enough;
     if excess <= 1.0 || effort.observer.stopped() {
         return None;
@@ -384,106 +310,4 @@ fn along(start: &StripStart, at: &Settled, instants: usize) -> Option<StripStart
     let StripSpec { low, high, lower_time, upper_time } = &start.spec;
     let spec = StripSpec { low: *low, high: *high, lower_time: between(lower_time), upper_time: between(upper_time) };
     Some(StripStart { spec, rulings: rulings.collect(), ..*start })
-}
-
-/// Dense judgements of one strip, each followed by more rounds over the points that stood out.
-const JUDGEMENTS: usize = 6;
-/// How far a point between those followed must stand out.
-const OUTSTANDING: f64 = 1.08;
-/// Price of a trespass of the hard limits. Lifting a strip costs as much undercut as it spares overcut, so their
-/// multipliers add up to about 1; a higher price would only punish what linearization leaves.
-const PENALTY: f64 = 4.0;
-/// Strain that an axis beyond the machine's directions counts with.
-const UNMADE: f64 = 1e6;
-/// Share of a trespass that must be left for further rounds to be given up.
-const STUCK: f64 = 0.95;
-/// Share of its error that a round must promise to gain.
-const GAIN: f64 = 5e-3;
-
-impl Setting<'_> {
-    /// How much a strip strains its limits; an axis that the machine does not make is worth less than any error.
-    pub(super) fn strain(&self, strip: &FittedStrip) -> f64 {
-        let left = self.family.bound().is_some_and(|bound| bound.is_left(&strip.motion));
-        self.limits.strain(&strip.deviation) + if left { UNMADE } else { 0.0 }
-    }
-}
-
-/// The strip that unknowns stand for, judged densely.
-pub(super) fn judge(
-    setting: Setting<'_>,
-    rails: &Rails,
-    x: &[f64],
-    resolution: &Resolution,
-) -> Result<(FittedStrip, Survey), StripError> {
-    let motion = rails.motion(x).ok_or(StripError::BrokeDown)?;
-    let dense = (resolution.instants * 4, resolution.heights * 2);
-    let survey = survey(&setting.probe(&motion), setting.borders, dense)?;
-    let (borders, resolution) = (*setting.borders, *resolution);
-    let deviation = survey.worst;
-    Ok((FittedStrip { motion, deviation, steps: 0, borders, resolution }, survey))
-}
-
-/// Carries a strip from where least squares left it, judged, to the least largest error of its true envelope. Least squares
-/// may leave a border uncovered, which this then covers.
-fn refine(
-    setting: Setting<'_>,
-    rails: &Rails,
-    (mut x, mut best): (Vec<f64>, Result<FittedStrip, StripError>),
-    resolution: &Resolution,
-    effort: &Effort<'_>,
-) -> Result<FittedStrip, StripError> {
-    let strain = |strip: &FittedStrip| setting.strain(strip);
-    let followed = (2 * resolution.instants - 1, resolution.heights);
-    let Some(mut polish) = Polish::new(setting, rails, &x, followed) else { return best };
-    let (mut rounds, mut short_by) = (0, 0.0);
-    for _ in 0..JUDGEMENTS {
-        let enough = best.as_ref().is_ok_and(|strip: &FittedStrip| strain(strip) < effort.enough);
-        // What does not cover its band yet is no plan at all: it may take longer.
-        let covers = best.as_ref().is_ok_and(|strip| strip.deviation.bare.is_none());
-        let most = if covers { effort.rounds } else { 2 * effort.rounds };
-        if enough || rounds >= most || covers && effort.observer.stopped() {
-            break;
-        }
-        let Some(radius) = polish.ready(&x) else { break };
-        let settings = minimax::Settings {
-            max_rounds: (most - rounds).min(effort.rounds.div_ceil(2)),
-            enough: 0.9 * effort.enough,
-            radius,
-            penalty: PENALTY,
-            gain_share: GAIN,
-            ..minimax::Settings::default()
-        };
-        let Some(outcome) = minimize_largest(&mut polish, &mut x, &settings) else { break };
-        rounds += outcome.rounds;
-        let (candidate, survey) = match judge(setting, rails, &x, resolution) {
-            Ok(judged) => judged,
-            Err(error) => return best.or(Err(error)),
-        };
-        if best.as_ref().map_or(true, |best| strain(&candidate) < strain(best)) {
-            best = Ok(FittedStrip { steps: rounds, ..candidate });
-        }
-        // What stays short by as much as before will do so again.
-        let stuck = short_by > 0.0 && outcome.trespass > STUCK * short_by;
-        short_by = outcome.trespass;
-        if stuck || !polish.follow(&survey, OUTSTANDING * outcome.tau) {
-            break;
-        }
-    }
-    best
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn finer_rails_hold_the_knots_of_the_coarse_ones_up_to_what_is_affordable() {
-        let coarse = Resolution { controls: 38, instants: 77, heights: 9 };
-        for times in 1..=9 {
-            let fine = coarse.finer(times);
-            assert_eq!((fine.controls - 3) % (coarse.controls - 3), 0);
-            assert!(fine.controls <= MOST_CONTROLS && fine.instants > 2 * fine.controls, "{fine:?}");
-            assert!(times > 4 || fine.controls - 3 == times * (coarse.controls - 3));
-        }
-    }
 }

@@ -10,7 +10,7 @@ use super::{Seed, ToolWish, outliers};
 use crate::motion::RuledMotion;
 use crate::optimize::{Settings, minimize_bordered};
 use crate::plan::chart::{Chart, Layout};
-use crate::plan::strip::Resolution;
+use crate::plan::fitted::Resolution;
 use crate::plan::{Observer, Progress, Stage};
 use rayon::prelude::*;
 
