@@ -92,6 +92,22 @@ pub(super) fn audited(setting: Setting<'_>, strip: FittedStrip) -> FittedStrip {
     if better { FittedStrip { steps: strip.steps, ..higher } } else { seen }
 }
 
+/// A strip that holds its limits where it was looked at, refined over more points where a denser look finds that it does
+/// not and no lift helps: where the part's edge is sharp its envelope may rise steeply between two instants.
+pub(super) fn held(setting: Setting<'_>, strip: FittedStrip, effort: &Effort<'_>) -> FittedStrip {
+    let misses = |strip: &FittedStrip| setting.limits.strain(&strip.deviation) > 1.0;
+    if misses(&strip) || !misses(&audited(setting, strip.clone())) {
+        return strip;
+    }
+    let (rails, x) = Rails::of(&strip.motion);
+    let FittedStrip { steps, resolution, .. } = strip;
+    let (instants, heights) = (AUDIT.0 * resolution.instants, AUDIT.1 * resolution.heights);
+    let dense = Resolution { instants, heights, ..resolution };
+    let refined =
+        judge(setting, &rails, &x, &dense).and_then(|(seen, _)| refine(setting, &rails, (x, Ok(seen)), &dense, effort));
+    refined.map_or(strip, |refined| FittedStrip { steps: steps + refined.steps, resolution, ..refined })
+}
+
 /// A strip as it was judged: its unknowns, what came of them, and the points that tell.
 pub(super) struct Judged {
     pub(super) x: Vec<f64>,

@@ -7,7 +7,7 @@ use super::fitted::{Effort, FittedStrip, Resolution, StripError};
 use super::limits::{Limits, UNCUT};
 use super::polish::Setting;
 use super::rails::Rails;
-use super::refine::{Judged, judged, refine};
+use super::refine::{Judged, held, judged, refine};
 use super::start::{Band, StripStart, start_strip};
 use super::touch::Probe;
 use crate::optimize::{Settings, minimize};
@@ -154,13 +154,14 @@ pub(super) fn fit_strip(
             break;
         }
     }
-    match best {
+    let best = match best {
         Ok(strip) if FINER.contains(&limits.strain(&strip.deviation)) && !effort.observer.stopped() => {
             let finer = finer_strip(setting, (start, &strip), effort);
             Ok(finer.filter(|finer| limits.strain(&finer.deviation) < limits.strain(&strip.deviation)).unwrap_or(strip))
         }
         best => best,
-    }
+    };
+    best.map(|strip| if effort.tolerant { held(setting, strip, effort) } else { strip })
 }
 
 /// A strip once more with twice the pieces in its rails: what a part's finest shape asks for at some places only.
