@@ -154,8 +154,14 @@ fn apart(
         base + axis * height + across.cap_magnitude(radius)
     };
     let mut on = motion * nalgebra::center(&low, &high);
-    for _ in 0..400 {
-        on = on_box(&on_cylinder(&on));
+    // Where both nearly touch along a line it takes thousands of steps.
+    for _ in 0..100_000 {
+        let next = on_box(&on_cylinder(&on));
+        let moved = (next - on).norm();
+        on = next;
+        if moved < 1e-9 {
+            break;
+        }
     }
     (on - on_cylinder(&on)).norm()
 }
