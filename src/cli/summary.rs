@@ -59,8 +59,12 @@ pub(super) fn of_plan(plan: &Plan) -> String {
 fn of_strip(index: usize, strip: &StripReport) -> String {
     let deviation = &strip.deviation;
     let mut text = format!(
-        "  strip {index:<3} {:.1} mm long, {:.2} mm wide, planned overcut {:.5} mm, undercut {:.5} mm",
-        strip.length, strip.engagement, deviation.overcut, deviation.undercut
+        "  strip {:<3} {:.1} mm long, {:.2} mm wide, planned overcut {:.5} mm, undercut {:.5} mm",
+        index + 1,
+        strip.length,
+        strip.engagement,
+        deviation.overcut,
+        deviation.undercut
     );
     if deviation.outside > 0.0 {
         let _ = write!(text, ", {:.5} mm beside it", deviation.outside);

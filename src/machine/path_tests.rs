@@ -308,7 +308,7 @@ fn gap_between_passes_is_refused() {
     let leg = |a: f64, b: f64| pass(PassKind::Cut, PassMotion::Poses(vec![at(a), at(b)]));
     let path = path(vec![leg(0.0, 1.0), leg(1.5, 2.0)]);
     let said = linearize(&path, &setup("bridgemill"), true, &LinearizeOptions::default()).unwrap_err().to_string();
-    assert!(said.contains("pass 1 (cut, strip 0)") && said.contains("0.5000 mm away"), "{said}");
+    assert!(said.contains("pass 1 (cut, strip 1)") && said.contains("0.5000 mm away"), "{said}");
 }
 
 #[test]

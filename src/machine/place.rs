@@ -19,7 +19,7 @@ pub(super) struct Stop {
 
 /// Names a pose of a path for a message.
 pub(super) fn whereabouts(path: &ToolPath, pass: usize, pose: &Pose) -> String {
-    let strip = path.passes.get(pass).and_then(|p| p.strip).map(|s| format!(", strip {s}")).unwrap_or_default();
+    let strip = path.passes.get(pass).and_then(|p| p.strip).map(|s| format!(", strip {}", s + 1)).unwrap_or_default();
     let kind = match path.passes.get(pass).map(|p| p.kind) {
         Some(PassKind::Cut) => "cut",
         Some(PassKind::LeadIn) => "lead-in",

@@ -164,7 +164,7 @@ fn missing_room_for_a_rewind_names_pose_axis_and_amount() {
     machine.linear[2].max = 100.0;
     let setup = Setup::new(&machine, "G54", 100.0).unwrap();
     let said = refuse(&path(vec![pass(PassKind::Cut, spiral(450.0 / 360.0))]), &setup);
-    assert!(said.contains("pass 0 (cut, strip 0) at tip [") && said.contains("no room to leave the part"), "{said}");
+    assert!(said.contains("pass 0 (cut, strip 1) at tip [") && said.contains("no room to leave the part"), "{said}");
     assert!(said.contains("axis Z would have to stand at") && said.contains("beyond its limit 100.0000"), "{said}");
     assert!(said.contains("move the work offset"), "{said}");
 }

@@ -202,7 +202,8 @@ pub(super) fn verdict(request: &PlanRequest<'_>, strips: &[StripReport], bare_sh
     let mut miss = |what: &str, (value, strip): (f64, usize), allowed: f64| {
         if value > allowed {
             verdict.reasons.push(format!(
-                "strip {strip}: {what} is {value:.5} mm, allowed {allowed} mm; limited by {}",
+                "strip {}: {what} is {value:.5} mm, allowed {allowed} mm; limited by {}",
+                strip + 1,
                 strips[strip].limited_by.words()
             ));
         }
@@ -230,16 +231,20 @@ fn bare_reason(strips: &[StripReport]) -> Option<String> {
     let bare = strips.iter().enumerate().filter_map(|(i, strip)| Some((i, strip.deviation.bare?)));
     let (strip, bare) = bare.reduce(|most, next| if next.1.width > most.1.width { next } else { most })?;
     Some(format!(
-        "strip {strip}: the flank stops {:.4} mm short of the strip's border near ({:.2}, {:.2}, {:.2})",
-        bare.width, bare.at.x, bare.at.y, bare.at.z
+        "strip {}: the flank stops {:.4} mm short of the strip's border near ({:.2}, {:.2}, {:.2})",
+        strip + 1,
+        bare.width,
+        bare.at.x,
+        bare.at.y,
+        bare.at.z
     ))
 }
 
 fn gap_reason(gap: &Gap, strips: usize) -> String {
     let place = match gap.before {
-        0 => "before strip 0".to_owned(),
-        before if before == strips => format!("after strip {}", strips - 1),
-        before => format!("between strips {} and {before}", before - 1),
+        0 => "before strip 1".to_owned(),
+        before if before == strips => format!("after strip {strips}"),
+        before => format!("between strips {before} and {}", before + 1),
     };
     let Gap { at, why, .. } = gap;
     format!("{place}, near ({:.2}, {:.2}, {:.2}), the surface is left uncut: {why}", at.x, at.y, at.z)
@@ -346,12 +351,12 @@ mod tests {
         (strips[1].deviation.bare, strips[2].deviation.bare) = (bare(0.5), bare(0.1));
         let verdict = judged(&strips, 0.0);
         assert!(!verdict.within_tolerance && verdict.reasons.len() == 1, "{verdict:?}");
-        let said = "strip 1: the flank stops 0.5000 mm short of the strip's border near (1.00, 2.00, 3.00)";
+        let said = "strip 2: the flank stops 0.5000 mm short of the strip's border near (1.00, 2.00, 3.00)";
         assert_eq!(verdict.reasons[0], said);
         let gap = |before| Gap { before, at: Point::new(1.0, 2.0, 3.0), why: "no".to_owned() };
         let places = [0, 2, 3].map(|before| gap_reason(&gap(before), 3));
         let said = "near (1.00, 2.00, 3.00), the surface is left uncut: no";
-        let wanted = ["before strip 0", "between strips 1 and 2", "after strip 2"];
+        let wanted = ["before strip 1", "between strips 2 and 3", "after strip 3"];
         assert_eq!(places, wanted.map(|place| format!("{place}, {said}")));
     }
 
@@ -359,7 +364,7 @@ mod tests {
     fn what_misses_it_says_which_strip_why_and_what_would_help() {
         let verdict = judged(&[strip(0.0, 0.001, 0.0), strip(0.001, 0.08, 0.0)], 0.0);
         assert_eq!(verdict.reasons.len(), 1);
-        assert!(verdict.reasons[0].starts_with("strip 1: undercut is 0.08000 mm, allowed 0.02 mm"), "{verdict:?}");
+        assert!(verdict.reasons[0].starts_with("strip 2: undercut is 0.08000 mm, allowed 0.02 mm"), "{verdict:?}");
         // Four times too much: half the engagement, twice the strips.
         assert!(verdict.help[0].contains("5.00 mm of flank in place of 10.00: about 4 strips"), "{verdict:?}");
         let verdict = judged(&[strip(0.001, 0.001, 0.3)], 0.5);

@@ -24,14 +24,14 @@ impl Laid {
     }
 }
 
-/// A band that nothing is cut along.
+/// What lies uncut between two strips, or beside the outermost.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Gap {
     /// Number of strips before it.
     pub before: usize,
     /// A place in its middle.
     pub at: Point,
-    /// Why no strip could be laid there.
+    /// Why no strip could be laid along its first band.
     pub why: String,
 }
 
@@ -61,19 +61,29 @@ pub(super) fn borders_of(laid: &[Laid]) -> Vec<f64> {
     laid.first().map(|band| band.low).into_iter().chain(laid.iter().map(|band| band.high)).collect()
 }
 
-/// The strips, and what lies between them; refused where there is none at all. `middle` gives the middle of the band between two lines.
+/// The strips, and what lies between them; refused where there is none at all. `middle` gives the middle of the band
+/// between two lines.
 pub(super) fn parted(
     laid: Vec<Laid>,
     middle: impl Fn((f64, f64)) -> Result<Point>,
 ) -> Result<(Vec<FittedStrip>, Vec<Gap>)> {
-    let (mut strips, mut gaps, mut refused) = (Vec::with_capacity(laid.len()), Vec::new(), None);
+    let (mut strips, mut gaps, mut refused) = (Vec::with_capacity(laid.len()), Vec::<Gap>::new(), None);
     let count = laid.len();
+    // Neighbouring bands without strips are one gap.
+    let mut begun: Option<f64> = None;
     for (index, Laid { low, high, strip }) in laid.into_iter().enumerate() {
         match strip {
-            Ok(strip) => strips.push(strip),
+            Ok(strip) => {
+                strips.push(strip);
+                begun = None;
+            }
             Err(error) => {
-                let at = middle((low, high))?;
-                gaps.push(Gap { before: strips.len(), at, why: error.message.clone() });
+                let from = *begun.get_or_insert(low);
+                let at = middle((from, high))?;
+                match gaps.last_mut().filter(|_| from < low) {
+                    Some(gap) => gap.at = at,
+                    None => gaps.push(Gap { before: strips.len(), at, why: error.message.clone() }),
+                }
                 refused = refused.or(Some(named(error, index, count)));
             }
         }
@@ -92,10 +102,39 @@ fn named(mut error: Box<Diagnostic>, index: usize, count: usize) -> Box<Diagnost
 
 #[cfg(test)]
 mod tests {
+    use super::super::assess::{Borders, Deviation};
+    use super::super::fitted::Resolution;
     use super::*;
+    use crate::geometry::{Knots, SplineCurve};
+    use crate::motion::RuledMotion;
 
     fn none(low: f64, high: f64) -> Laid {
         Laid { low, high, strip: Err(Diagnostic::error("no")) }
+    }
+
+    fn some(low: f64, high: f64) -> Laid {
+        let rail = |y: f64| {
+            let control = (0..4).map(|i| Point::new(f64::from(i), y, 0.0)).collect();
+            SplineCurve::from_knots(Knots::clamped_uniform(3, 4).unwrap(), control).unwrap()
+        };
+        let strip = FittedStrip {
+            motion: RuledMotion { lower: rail(low), upper: rail(high), lower_height: 0.0 },
+            deviation: Deviation::NONE,
+            steps: 0,
+            borders: Borders { low, high, first: 0.0, last: 1.0 },
+            resolution: Resolution { controls: 4, instants: 9, heights: 5 },
+        };
+        Laid { low, high, strip: Ok(strip) }
+    }
+
+    #[test]
+    fn neighbouring_bands_without_strips_are_one_gap() {
+        let middle = |(low, high): (f64, f64)| Ok(Point::new(0.5 * (low + high), 0.0, 0.0));
+        let laid = vec![none(0.0, 0.1), some(0.1, 0.3), none(0.3, 0.4), none(0.4, 0.5), none(0.5, 0.7), some(0.7, 1.0)];
+        let (strips, gaps) = parted(laid, middle).unwrap();
+        assert_eq!(strips.len(), 2);
+        let places: Vec<(usize, f64)> = gaps.iter().map(|gap| (gap.before, gap.at.x)).collect();
+        assert_eq!(places, [(0, 0.05), (1, 0.5)]);
     }
 
     #[test]

@@ -113,7 +113,7 @@ fn a_miss_of_the_tolerance_is_status_1_with_reason_and_remedy_whatever_the_metho
         shop.write("job.toml", job);
         let call = shop.call(&["plan", "job.toml", "--out", "path.cl", "--json", "plan.json"]);
         assert_eq!(call.status, 1, "{method}: {}{}", call.out, call.err);
-        for words in ["misses the tolerance: strip 0", "limited by", "would help: "] {
+        for words in ["misses the tolerance: strip 1", "limited by", "would help: "] {
             assert!(call.out.contains(words), "{method}, {words}: {}", call.out);
         }
         let plan: Value = serde_json::from_str(&shop.read("plan.json")).expect("JSON");
