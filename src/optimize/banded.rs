@@ -2,6 +2,19 @@
 //!
 //! Sequential on purpose: sums are taken in one order, so results do not depend on the number of threads.
 
+/// Sum of the products of two vectors of one length, gathered in four parts: a single sum waits for each of its additions.
+pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let ((a, end_a), (b, end_b)) = (a.as_chunks::<4>(), b.as_chunks::<4>());
+    let mut sums = [0.0; 4];
+    for (a, b) in a.iter().zip(b) {
+        for (sum, (x, y)) in sums.iter_mut().zip(a.iter().zip(b)) {
+            *sum += x * y;
+        }
+    }
+    let rest: f64 = end_a.iter().zip(end_b).map(|(x, y)| x * y).sum();
+    (sums[0] + sums[2]) + (sums[1] + sums[3]) + rest
+}
+
 /// The lower triangle of a symmetric matrix whose entries vanish farther than `half_bandwidth` from the diagonal.
 #[derive(Clone, Debug)]
 pub struct BandedMatrix {
@@ -119,9 +132,8 @@ impl BandedMatrix {
                 let a = i * width + w + low - i;
                 let b = j * width + w + low - j;
                 let count = j - low;
-                let dot: f64 = self.rows[a..a + count].iter().zip(&self.rows[b..b + count]).map(|(x, y)| x * y).sum();
                 let at = i * width + w + j - i;
-                let value = self.rows[at] - dot;
+                let value = self.rows[at] - dot(&self.rows[a..a + count], &self.rows[b..b + count]);
                 if j == i {
                     if !(value > 0.0 && value.is_finite()) {
                         return None;
@@ -148,8 +160,7 @@ impl Factor {
         let (n, w) = (self.lower.size, self.lower.half_bandwidth);
         for i in 0..n {
             let (row, reach) = (self.lower.row(i), i.min(w));
-            let dot: f64 = row[w - reach..w].iter().zip(&b[i - reach..i]).map(|(x, y)| x * y).sum();
-            b[i] = (b[i] - dot) / row[w];
+            b[i] = (b[i] - dot(&row[w - reach..w], &b[i - reach..i])) / row[w];
         }
         for i in (0..n).rev() {
             let (row, reach) = (self.lower.row(i), i.min(w));

@@ -40,6 +40,19 @@ pub(super) struct FittedStrip {
     pub(super) borders: Borders,
     /// How finely it is modelled.
     pub(super) resolution: Resolution,
+    /// What is known of its deviation.
+    pub(super) look: Look,
+}
+
+/// How closely a strip was looked at.
+#[derive(Clone, Debug)]
+pub(super) enum Look {
+    /// As densely as while it was fitted: between two points its deviation may be larger.
+    Coarse,
+    /// As densely as in the end, or a denser look would tell nothing that matters.
+    Dense,
+    /// As while it was fitted; a denser look has led to this strip.
+    Followed(Box<FittedStrip>),
 }
 
 /// Why a strip could not be fitted.

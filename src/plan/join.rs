@@ -11,7 +11,7 @@ use super::fitted::FittedStrip;
 use super::limits::Limits;
 use super::polish::{Polish, Setting};
 use super::rails::{RUN, Rails};
-use super::refine::judge;
+use super::refine::{CLOSE, judge_surely};
 use super::touch::{Hint, Instant, Probe, Touch};
 use super::trace::{Section, Trace, rims};
 use super::{Method, Observer, PlanRequest};
@@ -135,7 +135,7 @@ impl Joint<'_> {
                 ..minimax::Settings::default()
             };
             steps += minimize_largest(self, &mut x, &settings)?.rounds;
-            match judge(setting, rails, &x, &strip.resolution) {
+            match judge_surely(setting, rails, &x, (&strip.resolution, self.bearable)) {
                 Ok((matched, survey)) if setting.strain(&matched) <= LITTLE * self.bearable => {
                     if setting.strain(&matched) <= self.bearable {
                         return Some(FittedStrip { steps, ..matched });
@@ -156,7 +156,7 @@ impl Joint<'_> {
         let reached = reached?;
         SHARES.into_iter().find_map(|share| {
             let x: Vec<f64> = start.iter().zip(&reached).map(|(a, b)| a + share * (b - a)).collect();
-            let (matched, _) = judge(setting, rails, &x, &strip.resolution).ok()?;
+            let (matched, _) = judge_surely(setting, rails, &x, (&strip.resolution, self.bearable)).ok()?;
             (setting.strain(&matched) <= self.bearable).then_some(FittedStrip { steps, ..matched })
         })
     }
@@ -354,14 +354,19 @@ pub(super) fn joined(
     let strategy = request.strategy;
     let wanted = strategy.method == Method::Regulus && strategy.smoothness > 0.0 && strips.len() > 1;
     if let Some(borders) = strips.first().map(|strip| strip.borders).filter(|_| wanted) {
-        let setting = Setting { chart, tool: request.tool, family, borders: &borders, limits };
+        // Between the points looked at overcut is a little deeper.
+        let close = &Limits { overcut: CLOSE * limits.overcut, ..*limits };
+        let setting = Setting { chart, tool: request.tool, family, borders: &borders, limits: close };
         let worse = if strategy.strips.is_some() { WORSE } else { f64::INFINITY };
         let between = request.linearization;
         let lift = (LIFTED * between).min(LEANT * (family.highest() - family.lowest())).max(between);
         let joining = Joining { weight: strategy.smoothness, lift };
         // What strains its limits too much has nothing to give for a smoother seam.
-        let borne = |alone: f64| if alone > 1.0 { 0.0 } else { (worse * alone).min(1.0) };
-        let borne: Vec<f64> = strips.iter().map(|strip| borne(setting.strain(strip))).collect();
+        let borne = |strip: &FittedStrip| {
+            let alone = Setting { limits, ..setting }.strain(strip);
+            if alone > 1.0 { 0.0 } else { (worse * alone).min(1.0).max(setting.strain(strip)) }
+        };
+        let borne: Vec<f64> = strips.iter().map(borne).collect();
         join(setting, (&mut strips, &borne), joining, request.observer);
     }
     strips

@@ -233,20 +233,19 @@ impl<'a> Planner<'a> {
 }
 
 impl Found<'_> {
-    /// The strips joined, and looked at densely once more.
+    /// The strips looked at densely, and joined.
     fn joined(self) -> Self {
         let planner = &self.planner;
         let Bands { chart, family, .. } = &planner.bands;
         let limits = &planner.limits();
-        let strips = joined(planner.request, (chart, family, limits), self.strips);
         let tool = planner.request.tool;
         let audit = |strip: FittedStrip| {
             let borders = strip.borders;
             audited(Setting { chart, tool, family, borders: &borders, limits }, strip)
         };
         let fitted = planner.method() == Method::Regulus;
-        let strips = if fitted { strips.into_par_iter().map(audit).collect() } else { strips };
-        Self { strips, ..self }
+        let strips = if fitted { self.strips.into_par_iter().map(audit).collect() } else { self.strips };
+        Self { strips: joined(planner.request, (chart, family, limits), strips), ..self }
     }
 }
 

@@ -2,7 +2,7 @@
 //! way.
 
 use super::assess::{Survey, survey};
-use super::fitted::{Effort, FittedStrip, Resolution, StripError};
+use super::fitted::{Effort, FittedStrip, Look, Resolution, StripError};
 use super::lift::{after, lift, lifted};
 use super::polish::{Polish, Setting};
 use super::rails::Rails;
@@ -27,10 +27,12 @@ const WITHIN_REACH: f64 = 3.0;
 const AUDIT: (usize, usize) = (2, 2);
 /// What a flank may then stop short of its border by, mm: the overlap that its border includes is many times as wide.
 const SLIGHT: f64 = 2e-3;
-/// Share of the overcut limit to which a strip is lifted that then comes closer to it than the other: between the points
-/// looked at it is a little deeper.
+/// Share of the overcut limit to which a strip is lifted whose overcut is close to it.
 const HELD: f64 = 0.85;
-const CLOSE: f64 = 0.93;
+/// Share of the overcut limit beyond which overcut is close to it: between the points looked at it may pass it.
+pub(super) const CLOSE: f64 = 0.93;
+/// Strain up to which it is enough to foresee from the points looked at what lies between them.
+const SURE: f64 = 0.9;
 /// Share of its error that a round must promise to gain.
 const GAIN: f64 = 5e-3;
 
@@ -63,19 +65,40 @@ fn judge_more(
     let dense = (resolution.instants * 4 * times.0, resolution.heights * 2 * times.1);
     let survey = survey(&setting.probe(&motion), setting.borders, dense)?;
     let (borders, resolution) = (*setting.borders, *resolution);
-    let deviation = survey.worst;
-    Ok((FittedStrip { motion, deviation, steps: 0, borders, resolution }, survey))
+    let mut deviation = survey.worst;
+    let audit = times == AUDIT;
+    if audit {
+        deviation.bare = deviation.bare.filter(|bare| bare.width > SLIGHT);
+    }
+    let look = if audit || setting.limits.feared(&survey) < SURE { Look::Dense } else { Look::Coarse };
+    Ok((FittedStrip { motion, deviation, steps: 0, borders, resolution, look }, survey))
+}
+
+/// The strip that unknowns stand for, judged as densely as it takes to tell whether its limits are strained more than
+/// `bearable`.
+pub(super) fn judge_surely(
+    setting: Setting<'_>,
+    rails: &Rails,
+    x: &[f64],
+    (resolution, bearable): (&Resolution, f64),
+) -> Result<(FittedStrip, Survey), StripError> {
+    let seen = judge(setting, rails, x, resolution)?;
+    match matches!(seen.0.look, Look::Dense) || setting.strain(&seen.0) > bearable {
+        true => Ok(seen),
+        false => judge_more(setting, rails, x, (resolution, AUDIT)),
+    }
 }
 
 /// A finished strip looked at more densely than while it was fitted, and lifted by what it then trespasses of its limits, or
 /// comes too close to that of overcut, where that helps.
 pub(super) fn audited(setting: Setting<'_>, strip: FittedStrip) -> FittedStrip {
-    let (rails, x) = Rails::of(&strip.motion);
-    let look = |x: &[f64]| {
-        let (mut seen, survey) = judge_more(setting, &rails, x, (&strip.resolution, AUDIT)).ok()?;
-        seen.deviation.bare = seen.deviation.bare.filter(|bare| bare.width > SLIGHT);
-        Some((seen, survey))
+    let strip = match strip.look {
+        Look::Dense => return strip,
+        Look::Followed(strip) => return *strip,
+        Look::Coarse => strip,
     };
+    let (rails, x) = Rails::of(&strip.motion);
+    let look = |x: &[f64]| judge_more(setting, &rails, x, (&strip.resolution, AUDIT)).ok();
     let Some((seen, _)) = look(&x) else { return strip };
     let seen = FittedStrip { steps: strip.steps, ..seen };
     let limits = setting.limits;
@@ -96,8 +119,12 @@ pub(super) fn audited(setting: Setting<'_>, strip: FittedStrip) -> FittedStrip {
 /// not and no lift helps: where the part's edge is sharp its envelope may rise steeply between two instants.
 pub(super) fn held(setting: Setting<'_>, strip: FittedStrip, effort: &Effort<'_>) -> FittedStrip {
     let misses = |strip: &FittedStrip| setting.limits.strain(&strip.deviation) > 1.0;
-    if misses(&strip) || !misses(&audited(setting, strip.clone())) {
+    if misses(&strip) {
         return strip;
+    }
+    let seen = audited(setting, strip.clone());
+    if !misses(&seen) {
+        return FittedStrip { look: Look::Followed(Box::new(seen)), ..strip };
     }
     let (rails, x) = Rails::of(&strip.motion);
     let FittedStrip { steps, resolution, .. } = strip;
@@ -105,7 +132,8 @@ pub(super) fn held(setting: Setting<'_>, strip: FittedStrip, effort: &Effort<'_>
     let dense = Resolution { instants, heights, ..resolution };
     let refined =
         judge(setting, &rails, &x, &dense).and_then(|(seen, _)| refine(setting, &rails, (x, Ok(seen)), &dense, effort));
-    refined.map_or(strip, |refined| FittedStrip { steps: steps + refined.steps, resolution, ..refined })
+    let look = Look::Dense;
+    refined.map_or(strip, |refined| FittedStrip { steps: steps + refined.steps, resolution, look, ..refined })
 }
 
 /// A strip as it was judged: its unknowns, what came of them, and the points that tell.

@@ -3,7 +3,7 @@
 use super::assess::{Stance, gouge_beside, survey};
 use super::chart::Chart;
 use super::fit::{FitWeights, SphereFamily, StripFit, StripSpec};
-use super::fitted::{Effort, FittedStrip, Resolution, StripError};
+use super::fitted::{Effort, FittedStrip, Look, Resolution, StripError};
 use super::limits::{Limits, UNCUT};
 use super::polish::Setting;
 use super::rails::Rails;
@@ -104,7 +104,7 @@ pub(super) fn lay_strip(
     let motion = fit.rails().motion(&x).ok_or(StripError::BrokeDown)?;
     let dense = (resolution.instants * 4, resolution.heights * 2);
     let deviation = survey(&Probe { chart, tool, family, motion: &motion }, &band.borders, dense)?.worst;
-    Ok(FittedStrip { motion, deviation, steps: 0, borders: band.borders, resolution: *resolution })
+    Ok(FittedStrip { motion, deviation, steps: 0, borders: band.borders, resolution: *resolution, look: Look::Coarse })
 }
 
 /// The rulings that the fit of a band starts from. Refused where none touches the part, or where what is above the flutes

@@ -9,6 +9,7 @@
 use super::rows::{Rows, SIDES};
 use super::subproblem::{ActiveSet, Scales, Step};
 use crate::optimize::BandedMatrix;
+use crate::optimize::banded::dot;
 use std::ops::Range;
 
 /// Longest run of unknowns, as a share of their number, for which banded equations pay.
@@ -69,7 +70,7 @@ impl Runs {
 
     fn dot(&self, row: usize, y: &[f64]) -> f64 {
         let (first, run) = self.get(row);
-        run.iter().zip(&y[first..]).map(|(a, b)| a * b).sum()
+        dot(run, &y[first..first + run.len()])
     }
 
     fn add_to(&self, row: usize, factor: f64, sum: &mut [f64]) {
@@ -323,7 +324,13 @@ impl Problem {
 
 /// Largest share of a step that keeps every value positive, times `boldness`, at most 1.
 fn reach_of(values: &[f64], rates: &[f64], boldness: f64) -> f64 {
-    let limit = values.iter().zip(rates).filter(|(_, r)| **r < 0.0).map(|(v, r)| -v / r).fold(f64::INFINITY, f64::min);
+    let mut limit = f64::INFINITY;
+    for (value, rate) in values.iter().zip(rates) {
+        // Few lower the limit: the others need no division.
+        if *rate < 0.0 && value + limit * rate < 0.0 {
+            limit = -value / rate;
+        }
+    }
     (boldness * limit).min(1.0)
 }
 
@@ -378,7 +385,6 @@ impl Problem {
             factor.solve(&mut column);
             column
         });
-        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
         corner[0] -= dot(&columns[0], &solved[0]);
         corner[1] -= dot(&columns[0], &solved[1]);
         corner[2] -= dot(&columns[1], &solved[1]);
@@ -398,7 +404,6 @@ impl Problem {
         let pull = self.pull(&scaled);
         let mut y: Vec<f64> = residual.y.iter().zip(&pull.y).map(|(r, p)| -r - p).collect();
         equations.factor.solve(&mut y);
-        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
         let right = [
             -residual.tau - pull.tau - dot(&equations.columns[0], &y),
             -residual.sigma - pull.sigma - dot(&equations.columns[1], &y),
