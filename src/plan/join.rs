@@ -28,11 +28,11 @@ const GAIN: f64 = 0.01;
 /// Price of what strains a limit too much.
 const FIRM: f64 = 20.0;
 /// How many times as much as alone a strip may err where the number of strips is given: then its error counts as well.
-const WORSE: f64 = 1.8;
+const WORSE: f64 = 1.75;
 /// Share of the strain that is borne which is kept between two judgements.
 const HELD: f64 = 0.94;
-/// Shares of a match that are tried where all of it strains a limit too much.
-const SHARES: [f64; 4] = [0.8, 0.6, 0.4, 0.2];
+/// Halvings of the way to a match on which the share is looked for that is borne where all of it strains a limit too much.
+const HALVINGS: i32 = 4;
 /// A straight flank that errs by e over the width d of its strip meets its neighbour at 16 e / d: the curvature of the
 /// part along the flank makes both.
 const NATURAL: f64 = 16.0;
@@ -154,11 +154,20 @@ impl Joint<'_> {
         }
         // Part of the way may be bearable where all of it is not.
         let reached = reached?;
-        SHARES.into_iter().find_map(|share| {
+        let (mut borne, mut share) = (None, 0.5);
+        for halving in 0..HALVINGS {
             let x: Vec<f64> = start.iter().zip(&reached).map(|(a, b)| a + share * (b - a)).collect();
-            let (matched, _) = judge_surely(setting, rails, &x, (&strip.resolution, self.bearable)).ok()?;
-            (setting.strain(&matched) <= self.bearable).then_some(FittedStrip { steps, ..matched })
-        })
+            let found = judge_surely(setting, rails, &x, (&strip.resolution, self.bearable)).ok();
+            let step = 0.25 * 0.5_f64.powi(halving);
+            match found.filter(|(matched, _)| setting.strain(matched) <= self.bearable) {
+                Some((matched, _)) => {
+                    borne = Some(FittedStrip { steps, ..matched });
+                    share += step;
+                }
+                None => share -= step,
+            }
+        }
+        borne
     }
 
     fn above(&self, probe: &Probe<'_>, (t, at): (f64, &Instant), spot: &Spot) -> Option<Above> {

@@ -103,7 +103,7 @@ fn named(mut error: Box<Diagnostic>, index: usize, count: usize) -> Box<Diagnost
 #[cfg(test)]
 mod tests {
     use super::super::assess::{Borders, Deviation};
-    use super::super::fitted::Resolution;
+    use super::super::fitted::{Look, Resolution};
     use super::*;
     use crate::geometry::{Knots, SplineCurve};
     use crate::motion::RuledMotion;
@@ -123,6 +123,7 @@ mod tests {
             steps: 0,
             borders: Borders { low, high, first: 0.0, last: 1.0 },
             resolution: Resolution { controls: 4, instants: 9, heights: 5 },
+            look: Look::Dense,
         };
         Laid { low, high, strip: Ok(strip) }
     }

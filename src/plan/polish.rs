@@ -185,7 +185,7 @@ impl<'a> Polish<'a> {
 
     /// Watches the rest of the tool where it cuts deepest, if that is too deep. True when that is new.
     fn follow_beside(&mut self, survey: &Survey) -> bool {
-        let (limit, family) = (self.setting.limits.overcut, self.setting.family);
+        let (limit, family) = (self.setting.limits.sides_within(self.bearable).hard_below, self.setting.family);
         let mut found = false;
         for (j, (gouge, points)) in survey.gouges.iter().zip(survey.points.chunks(survey.heights)).enumerate() {
             let next = [j.checked_sub(1), Some(j + 1)].into_iter().flatten();
@@ -376,7 +376,10 @@ impl<'a> Polish<'a> {
         let sides = match !between && foot.frame.within(margin) {
             // Beside a single sweep lies nothing of the part.
             true if self.setting.alone() => Sides { above: f64::INFINITY, ..self.sides(&foot.frame) },
-            true => Sides { above: f64::INFINITY, ..self.setting.limits.sides() },
+            true => {
+                let limits = self.setting.limits.sides_within(self.bearable);
+                Sides { above: f64::INFINITY, hard_above: f64::INFINITY, ..limits }
+            }
             false => Sides::FREE,
         };
         let share = (height - self.rails.lower_height) / at.length;
