@@ -363,8 +363,8 @@ pub(super) fn joined(
     let strategy = request.strategy;
     let wanted = strategy.method == Method::Regulus && strategy.smoothness > 0.0 && strips.len() > 1;
     if let Some(borders) = strips.first().map(|strip| strip.borders).filter(|_| wanted) {
-        // Between the points looked at overcut is a little deeper.
-        let close = &Limits { overcut: CLOSE * limits.overcut, ..*limits };
+        // Between the points looked at errors are a little larger.
+        let close = &Limits { overcut: CLOSE * limits.overcut, undercut: CLOSE * limits.undercut };
         let setting = Setting { chart, tool: request.tool, family, borders: &borders, limits: close };
         let worse = if strategy.strips.is_some() { WORSE } else { f64::INFINITY };
         let between = request.linearization;

@@ -29,7 +29,7 @@ const AUDIT: (usize, usize) = (2, 2);
 const SLIGHT: f64 = 2e-3;
 /// Share of the overcut limit to which a strip is lifted whose overcut is close to it.
 const HELD: f64 = 0.85;
-/// Share of the overcut limit beyond which overcut is close to it: between the points looked at it may pass it.
+/// Share of a limit beyond which an error is close to it: between the points looked at it may pass it.
 pub(super) const CLOSE: f64 = 0.93;
 /// Strain up to which it is enough to foresee from the points looked at what lies between them.
 const SURE: f64 = 0.9;
