@@ -145,11 +145,11 @@ pub(crate) fn all() -> Vec<Case> {
         let tolerance = [overcut.min(1e-4), 2.1 * undercut];
         cases.push(Case { name, tolerance, shape: two_sided.shape.clone(), ..*two_sided });
     }
-    // Slim above the flutes, to lean over a twisted blade; flutes short, for its hollows.
+    // Tapered, to lean away from hollow and twisted blades, with flutes short enough for their curvature.
     let blades = [
-        ("rotor37 pressure side", ROTOR_PRESSURE, blade(1.0, 3.0, 8.0), 5.0),
-        ("rotor37 suction side", ROTOR_SUCTION, blade(1.0, 3.0, 8.0), 5.0),
-        ("hecc_main pressure side", HECC, blade(2.0, 8.0, 6.0), 4.0),
+        ("rotor37 pressure side", ROTOR_PRESSURE, blade(20.0, 2.5, 4.0), 4.0),
+        ("rotor37 suction side", ROTOR_SUCTION, blade(8.0, 2.5, 6.0), 4.0),
+        ("hecc_main pressure side", HECC, blade(15.0, 6.0, 4.0), 4.0),
     ];
     for (name, data, shape, shank) in blades {
         // A little less than what is to be reached: plans are judged far more densely than they are made.

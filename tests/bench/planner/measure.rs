@@ -1,5 +1,7 @@
 //! What a tool path's sweeps leave of the part: envelope points of the whole flank, far denser than the planner looks,
-//! gathered in small cells of the surface. A cell's undercut is what the lowest sweep over it leaves.
+//! gathered in small cells of the surface. A cell's undercut is what the lowest sweep over it leaves. Where a sweep passes a
+//! cell more than once, as where the tool turns onto the surface, each time counts by itself: what the lower one takes is
+//! gone.
 
 use rayon::prelude::*;
 use regulus::diagnostic::{Diagnostic, Result};
@@ -15,6 +17,9 @@ const CELLS: f64 = 24.0;
 const MOST_CELLS: f64 = 1200.0;
 /// Envelope points along one side of a cell.
 const POINTS: f64 = 2.2;
+
+/// Instants after which a sweep that comes back to a cell passes it once more: about four times what it takes to cross one.
+const BACK: usize = 8;
 
 /// What the sweeps came to.
 pub(crate) struct Figures {
@@ -38,6 +43,43 @@ struct Cut {
     /// What the envelope's normal differs by from the surface's under it: unlike the normals themselves this hardly changes
     /// within a cell, however round the surface is.
     tilt: Vector,
+}
+
+impl Cut {
+    /// What is left where both were made, with the deepest of either.
+    fn over(self, other: Self) -> Self {
+        let lower = if other.highest < self.highest { other } else { self };
+        Self { lowest: self.lowest.min(other.lowest), ..lower }
+    }
+}
+
+/// What one sweep does to a cell, time after time.
+#[derive(Clone, Copy, Default)]
+struct Passes {
+    /// The last of them, and its last instant.
+    last: Option<(usize, Cut)>,
+    /// What those before leave.
+    before: Option<Cut>,
+}
+
+impl Passes {
+    fn add(&mut self, instant: usize, cut: Cut) {
+        self.last = match self.last {
+            Some((then, seen)) if instant <= then + BACK => {
+                let lowest = seen.lowest.min(cut.lowest);
+                Some((instant, Cut { lowest, highest: seen.highest.max(cut.highest), ..cut }))
+            }
+            _ => {
+                self.before = self.left();
+                Some((instant, cut))
+            }
+        };
+    }
+
+    fn left(&self) -> Option<Cut> {
+        let last = self.last.map(|(_, cut)| cut);
+        self.before.into_iter().chain(last).reduce(Cut::over)
+    }
 }
 
 struct Grid<'a> {
@@ -129,7 +171,7 @@ impl<'a> Grid<'a> {
 
     /// Every cell that the flank passes in one sweep.
     fn sweep(&self, motion: &RuledMotion, tool: &Tool) -> Vec<Option<Cut>> {
-        let mut cells = vec![None; self.cells[0] * self.cells[1]];
+        let mut cells = vec![Passes::default(); self.cells[0] * self.cells[1]];
         let (start, end) = motion.domain();
         let middle = |share: f64| {
             let t = start + (end - start) * share;
@@ -160,10 +202,9 @@ impl<'a> Grid<'a> {
                 let at = self.spline.at(foot.u, foot.v);
                 let height = (touch.point - at.point).dot(&at.normal.0);
                 let tilt = touch.normal.into_inner() + at.normal.0.into_inner();
-                let cut = cells[cell].get_or_insert(Cut { lowest: height, highest: height, tilt });
-                *cut = Cut { lowest: cut.lowest.min(height), highest: cut.highest.max(height), tilt };
+                cells[cell].add(j, Cut { lowest: height, highest: height, tilt });
             }
         }
-        cells
+        cells.iter().map(Passes::left).collect()
     }
 }
