@@ -21,6 +21,9 @@ const POINTS: f64 = 2.2;
 /// Instants after which a sweep that comes back to a cell passes it once more: about four times what it takes to cross one.
 const BACK: usize = 8;
 
+/// How far, mm, what is over the surface may lie off the normal at its foot.
+const BEYOND: f64 = 1e-5;
+
 /// What the sweeps came to.
 pub(crate) struct Figures {
     /// Deepest cut below the surface, mm.
@@ -82,10 +85,12 @@ impl Passes {
     }
 }
 
+/// Cells in columns side by side along v, each divided along u by its own length: all are about as large, also where the
+/// surface is narrow.
 struct Grid<'a> {
     spline: &'a OrientedSpline,
-    /// Cells along u and v.
-    cells: [usize; 2],
+    /// Number of the first cell of each column, and of all cells.
+    firsts: Vec<usize>,
     /// Size of a cell, mm.
     size: f64,
 }
@@ -104,9 +109,9 @@ pub(crate) fn measure(part: &Part, tool: &Tool, path: &ToolPath) -> Result<Figur
         cuts.min_by(|a, b| a.1.highest.total_cmp(&b.1.highest))
     };
     let (mut area, mut covered) = (0.0, 0.0);
-    for i in 0..grid.cells[0] {
-        for j in 0..grid.cells[1] {
-            let cell = i * grid.cells[1] + j;
+    for j in 0..grid.columns() {
+        for i in 0..grid.rows(j) {
+            let cell = grid.firsts[j] + i;
             let weight = grid.area(i, j);
             area += weight;
             let Some((strip, cut)) = lowest(cell) else { continue };
@@ -116,9 +121,7 @@ pub(crate) fn measure(part: &Part, tool: &Tool, path: &ToolPath) -> Result<Figur
                 figures.overcut = figures.overcut.max(cells[cell].map_or(0.0, |cut| -cut.lowest));
             }
             // A seam runs between this cell and the next where another sweep is the lowest there.
-            let next =
-                [(i + 1 < grid.cells[0]).then_some(cell + grid.cells[1]), (j + 1 < grid.cells[1]).then_some(cell + 1)];
-            for next in next.into_iter().flatten() {
+            for next in grid.next(i, j).into_iter().flatten() {
                 let Some((other, beyond)) = lowest(next) else { continue };
                 if other != strip {
                     let here = swept[other][cell].unwrap_or(beyond);
@@ -150,28 +153,62 @@ impl<'a> Grid<'a> {
             }
         }
         let size = (tool.flute_length() / CELLS).max(longest[0].max(longest[1]) / MOST_CELLS);
-        Self { spline, cells: longest.map(|length| (length / size).ceil() as usize), size }
+        let columns = (longest[1] / size).ceil() as usize;
+        let mut firsts = vec![0];
+        for j in 0..columns {
+            let b = (j as f64 + 0.5) / columns as f64;
+            let speed =
+                |i: i32| spline.surface().jet(u0 + f64::from(i) / 20.0 * (u1 - u0), v0 + b * (v1 - v0)).su.norm();
+            let length = (0..=20).map(speed).fold(0.0, f64::max) * (u1 - u0);
+            firsts.push(firsts[j] + ((length / size).ceil() as usize).max(1));
+        }
+        Self { spline, firsts, size }
+    }
+
+    fn columns(&self) -> usize {
+        self.firsts.len() - 1
+    }
+
+    fn rows(&self, column: usize) -> usize {
+        self.firsts[column + 1] - self.firsts[column]
+    }
+
+    /// Middle of a cell as shares of the parameters' intervals.
+    fn middle(&self, i: usize, j: usize) -> [f64; 2] {
+        [(i as f64 + 0.5) / self.rows(j) as f64, (j as f64 + 0.5) / self.columns() as f64]
+    }
+
+    /// The cell at these shares of the parameters' intervals.
+    fn at(&self, [a, b]: [f64; 2]) -> usize {
+        let index = |share: f64, n: usize| ((share * n as f64) as usize).min(n - 1);
+        let j = index(b, self.columns());
+        self.firsts[j] + index(a, self.rows(j))
+    }
+
+    /// The cells after one along u and along v.
+    fn next(&self, i: usize, j: usize) -> [Option<usize>; 2] {
+        let [a, b] = self.middle(i, j);
+        let beside = (j + 1 < self.columns()).then(|| self.at([a, b + 1.0 / self.columns() as f64]));
+        [(i + 1 < self.rows(j)).then(|| self.firsts[j] + i + 1), beside]
     }
 
     fn area(&self, i: usize, j: usize) -> f64 {
         let [(u0, u1), (v0, v1)] = self.spline.surface().domain();
-        let share = |k: usize, n: usize| (k as f64 + 0.5) / n as f64;
-        let (a, b) = (share(i, self.cells[0]), share(j, self.cells[1]));
+        let [a, b] = self.middle(i, j);
         let jet = self.spline.surface().jet(u0 + a * (u1 - u0), v0 + b * (v1 - v0));
-        jet.su.cross(&jet.sv).norm()
+        jet.su.cross(&jet.sv).norm() / self.rows(j) as f64
     }
 
     fn cell(&self, u: f64, v: f64) -> Option<usize> {
         let [(u0, u1), (v0, v1)] = self.spline.surface().domain();
         let (a, b) = ((u - u0) / (u1 - u0), (v - v0) / (v1 - v0));
         let inside = (0.0..=1.0).contains(&a) && (0.0..=1.0).contains(&b);
-        let index = |share: f64, n: usize| ((share * n as f64) as usize).min(n - 1);
-        inside.then(|| index(a, self.cells[0]) * self.cells[1] + index(b, self.cells[1]))
+        inside.then(|| self.at([a, b]))
     }
 
     /// Every cell that the flank passes in one sweep.
     fn sweep(&self, motion: &RuledMotion, tool: &Tool) -> Vec<Option<Cut>> {
-        let mut cells = vec![Passes::default(); self.cells[0] * self.cells[1]];
+        let mut cells = vec![Passes::default(); self.firsts[self.columns()]];
         let (start, end) = motion.domain();
         let middle = |share: f64| {
             let t = start + (end - start) * share;
@@ -200,7 +237,12 @@ impl<'a> Grid<'a> {
                 *near = Some((foot.u, foot.v));
                 let Some(cell) = self.cell(foot.u, foot.v) else { continue };
                 let at = self.spline.at(foot.u, foot.v);
-                let height = (touch.point - at.point).dot(&at.normal.0);
+                let offset = touch.point - at.point;
+                let height = offset.dot(&at.normal.0);
+                // Not square over its foot: it lies beyond the surface's edge.
+                if (offset - at.normal.0.into_inner() * height).norm() > BEYOND {
+                    continue;
+                }
                 let tilt = touch.normal.into_inner() + at.normal.0.into_inner();
                 cells[cell].add(j, Cut { lowest: height, highest: height, tilt });
             }
