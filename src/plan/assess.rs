@@ -241,7 +241,8 @@ pub(super) fn gouge_beside(chart: &Chart<'_>, family: &SphereFamily, stance: &St
             let side = side_foot(chart, &centre, &axis, radius, &foot)?;
             (side, -side.distance, BODY_MARGIN)
         } else {
-            (foot, radius - foot.distance, 0.0)
+            // A little beyond the edge counts too: the edge itself comes to lie between two instants.
+            (foot, radius - foot.distance, chart.continued())
         };
         if foot.frame.within(margin) {
             if depth > deepest.depth {
@@ -276,7 +277,7 @@ fn gouge_at_edge(
         let height = 0.5 * (from + to);
         let (centre, radius) = of(height);
         let foot = chart.foot_from(&centre, &near)?;
-        if foot.frame.inside() {
+        if foot.frame.within(chart.continued()) {
             (from, near) = (height, foot.at);
             if radius - foot.distance > deepest.depth {
                 deepest = Gouge { depth: radius - foot.distance, height, at: foot.frame.point };
