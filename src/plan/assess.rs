@@ -210,6 +210,10 @@ pub(super) struct Gouge {
     pub(super) at: Point,
 }
 
+/// How far beyond the edge, as a share of the way that the surface goes on like itself, what is beside a strip counts: the
+/// edge itself comes to lie between two instants.
+const OVER_EDGE: f64 = 0.5;
+
 /// The deepest gouge by the tool's spheres above and below the rails, by its shank and its holder. `None` where the
 /// surface has no normal.
 pub(super) fn gouge_beside(chart: &Chart<'_>, family: &SphereFamily, stance: &Stance) -> Option<Gouge> {
@@ -241,8 +245,7 @@ pub(super) fn gouge_beside(chart: &Chart<'_>, family: &SphereFamily, stance: &St
             let side = side_foot(chart, &centre, &axis, radius, &foot)?;
             (side, -side.distance, BODY_MARGIN)
         } else {
-            // A little beyond the edge counts too: the edge itself comes to lie between two instants.
-            (foot, radius - foot.distance, chart.continued())
+            (foot, radius - foot.distance, OVER_EDGE * chart.continued())
         };
         if foot.frame.within(margin) {
             if depth > deepest.depth {
@@ -277,7 +280,7 @@ fn gouge_at_edge(
         let height = 0.5 * (from + to);
         let (centre, radius) = of(height);
         let foot = chart.foot_from(&centre, &near)?;
-        if foot.frame.within(chart.continued()) {
+        if foot.frame.within(OVER_EDGE * chart.continued()) {
             (from, near) = (height, foot.at);
             if radius - foot.distance > deepest.depth {
                 deepest = Gouge { depth: radius - foot.distance, height, at: foot.frame.point };

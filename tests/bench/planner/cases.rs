@@ -153,7 +153,7 @@ pub(crate) fn all() -> Vec<Case> {
     ];
     for (name, data, shape, shank) in blades {
         // A little less than what is to be reached: plans are judged far more densely than they are made.
-        let tolerance = [6e-5, 0.0095];
+        let tolerance = [4e-5, 0.0095];
         let shank = Some(shank);
         cases.push(Case { tolerance, engage_from: None, shank, ..case(name, file(data), shape, 0.0) });
     }
